@@ -1,0 +1,171 @@
+#include <pybind11/stl.h>
+
+#include <chrono>
+#include <exception>
+#include <optional>
+
+#include "bind.hpp"
+#include "perimpm/io/run.hpp"
+#include "simulation.hpp"
+
+namespace perimpm::python {
+
+std::unique_lock<std::recursive_mutex> SharedSimulation::lock() {
+    std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock) throw std::runtime_error("this simulation is being stepped by another thread");
+    return lock;
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Report = std::optional<py::function>;
+
+/// Between steps: lets Python handle Ctrl-C and shows the progress, every 50 ms and at every new frame. Any exception
+/// raised there stops the run after the step and is raised again once the files are whole.
+class Watch {
+public:
+    explicit Watch(Report report = {}) : report_{std::move(report)} {}
+
+    bool go_on(const Progress* progress) {
+        const auto now = Clock::now();
+        const std::uint32_t frame = progress ? progress->frame : 0;
+        if (now - last_ < std::chrono::milliseconds(50) && frame == frame_) return true;
+        last_ = now;
+        frame_ = frame;
+        const py::gil_scoped_acquire gil;
+        try {
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (progress && report_) (*report_)(*progress);
+        } catch (...) {
+            pending_ = std::current_exception();
+        }
+        return !pending_;
+    }
+
+    /// With the interpreter lock held.
+    void raise_pending() const {
+        if (pending_) std::rethrow_exception(pending_);
+    }
+
+private:
+    Report report_;
+    std::exception_ptr pending_;
+    Clock::time_point last_ = Clock::now();
+    std::uint32_t frame_ = 0;
+};
+
+void run_simulation(SharedSimulation& shared, const std::string& folder, std::uint32_t frames, Report report) {
+    const auto lock = shared.lock();
+    Watch watch(std::move(report));
+    {
+        const py::gil_scoped_release release;
+        run(shared.get(), {folder, frames, shared.threads(), [&watch](const Progress& p) { return watch.go_on(&p); }});
+    }
+    watch.raise_pending();
+}
+
+double step_simulation(SharedSimulation& shared, std::uint64_t count) {
+    const auto lock = shared.lock();
+    Watch watch;
+    double dt = 0;
+    {
+        const py::gil_scoped_release release;
+        for (std::uint64_t i = 0; i < count; ++i) {
+            dt = shared.get().step();
+            if (!watch.go_on(nullptr)) break;
+        }
+    }
+    watch.raise_pending();
+    return dt;
+}
+
+/// A read of the simulation that refuses while another thread steps it.
+template <class Function>
+auto guarded(Function read) {
+    return [read](SharedSimulation& shared) {
+        const auto lock = shared.lock();
+        return read(shared.get());
+    };
+}
+
+void bind_plan(py::module_& m) {
+    const py::class_<Plan> plan(m, "Plan", "What a scene compiles to: passes, memory, time step, what was left out.");
+    py::class_<Plan::Pass>(plan, "Pass")
+        .def_readonly("name", &Plan::Pass::name)
+        .def_readonly("reads", &Plan::Pass::reads)
+        .def_readonly("writes", &Plan::Pass::writes)
+        .def_readonly("models", &Plan::Pass::models);
+    py::class_<Plan::Array>(plan, "Array")
+        .def_readonly("name", &Plan::Array::name)
+        .def_readonly("bytes", &Plan::Array::bytes);
+    py::class_<Plan::Material>(plan, "Material")
+        .def_readonly("name", &Plan::Material::name)
+        .def_readonly("law", &Plan::Material::law)
+        .def_readonly("criterion", &Plan::Material::criterion)
+        .def_readonly("particles", &Plan::Material::particles)
+        .def_readonly("bonds", &Plan::Material::bonds)
+        .def_readonly("youngs_modulus", &Plan::Material::youngs_modulus, "As the law has it [Pa].")
+        .def_readonly("poisson_ratio", &Plan::Material::poisson_ratio)
+        .def_readonly("wave_speed", &Plan::Material::wave_speed, "[m/s]");
+    py::class_<Plan::TimeStepBound>(plan, "TimeStepBound")
+        .def_readonly("source", &Plan::TimeStepBound::source)
+        .def_readonly("dt", &Plan::TimeStepBound::dt, "[s]");
+    py::class_<Plan::Skipped>(plan, "Skipped")
+        .def_readonly("what", &Plan::Skipped::what)
+        .def_readonly("why", &Plan::Skipped::why);
+    py::class_<Plan>(plan)
+        .def_readonly("passes", &Plan::passes)
+        .def_readonly("arrays", &Plan::arrays)
+        .def_readonly("materials", &Plan::materials)
+        .def_readonly("bounds", &Plan::bounds)
+        .def_readonly("dt", &Plan::dt, "The step the run starts with [s].")
+        .def_readonly("particles", &Plan::particles)
+        .def_readonly("libraries", &Plan::libraries)
+        .def_readonly("skipped", &Plan::skipped);
+}
+
+void bind_records(py::module_& m) {
+    py::class_<Ledger>(m, "Ledger", "Sums over all particles, SI units.")
+        .def_readonly("time", &Ledger::time)
+        .def_readonly("kinetic", &Ledger::kinetic)
+        .def_readonly("elastic", &Ledger::elastic)
+        .def_readonly("potential", &Ledger::potential)
+        .def_readonly("momentum", &Ledger::momentum)
+        .def_readonly("angular_momentum", &Ledger::angular_momentum);
+    py::class_<PassTime>(m, "PassTime", "Wall time of one pass since the start.")
+        .def_readonly("name", &PassTime::name)
+        .def_readonly("calls", &PassTime::calls)
+        .def_readonly("seconds", &PassTime::seconds);
+    py::class_<Progress>(m, "Progress", "Where a run is.")
+        .def_readonly("frame", &Progress::frame, "Last frame written.")
+        .def_readonly("frames", &Progress::frames, "Frames to write.")
+        .def_readonly("steps", &Progress::steps)
+        .def_readonly("particles", &Progress::particles)
+        .def_readonly("time", &Progress::time, "Simulated time [s].")
+        .def_readonly("end_time", &Progress::end_time, "[s]")
+        .def_readonly("elapsed", &Progress::elapsed, "Wall time of this run [s].");
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& m) {
+    bind_plan(m);
+    bind_records(m);
+    py::class_<SharedSimulation>(m, "Simulation", "A scene in motion.")
+        .def(py::init<Scene, int>(), py::arg("scene"), py::arg("threads") = 0, py::call_guard<py::gil_scoped_release>())
+        .def("run", &run_simulation, py::arg("folder"), py::arg("frames"), py::arg("report") = Report(),
+             "Runs to frame `frames` (0: the end); `report` is called with a Progress between steps.")
+        .def("step", &step_simulation, py::arg("count") = 1, "Advances; returns the last step taken [s].")
+        .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
+        .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })
+        .def_property_readonly("plan", [](SharedSimulation& s) { return s.get().plan(); })
+        .def_property_readonly("time", guarded([](Simulation& s) { return s.time(); }), "[s]")
+        .def_property_readonly("steps", guarded([](Simulation& s) { return s.steps(); }))
+        .def_property_readonly("particle_count", guarded([](Simulation& s) { return s.particle_count(); }))
+        .def_property_readonly("generation", guarded([](Simulation& s) { return s.generation(); }))
+        .def_property_readonly("ledger", guarded([](Simulation& s) { return s.ledger(); }))
+        .def_property_readonly("pass_times", guarded([](Simulation& s) { return s.pass_times(); }));
+}
+
+}  // namespace perimpm::python

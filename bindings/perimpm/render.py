@@ -1,0 +1,223 @@
+"""Pictures and an animation from the frames of a run."""
+
+from __future__ import annotations
+
+import ctypes.util
+import importlib.util
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import InputError
+from .frames import FrameFolder
+from .shading import spacing_of
+from .tables import console
+
+if TYPE_CHECKING:
+    from .stage import Stage
+
+Array = npt.NDArray[Any]
+
+#: Linear colours that tell bodies apart, in the order of the bodies.
+TINTS = np.array(
+    [
+        [0.68, 0.12, 0.06],
+        [0.05, 0.26, 0.60],
+        [0.80, 0.42, 0.05],
+        [0.08, 0.40, 0.20],
+        [0.36, 0.12, 0.50],
+        [0.55, 0.50, 0.44],
+    ]
+)
+POINTS_FOR_CAMERA = 4000  #: per frame
+
+
+def missing_parts() -> str:
+    """What rendering needs and this machine lacks, as a message; "" when nothing is missing."""
+    modules = [m for m in ("pyvista", "imageio", "imageio_ffmpeg", "PIL", "h5py") if importlib.util.find_spec(m) is None]
+    if modules:
+        return f"rendering needs the Python packages {', '.join(modules)}: pip install 'perimpm[render]'"
+    if ctypes.util.find_library("EGL") is None:
+        return "rendering needs OpenGL without a display: apt-get install libegl1 libgl1-mesa-dri (Debian, Ubuntu)"
+    return ""
+
+
+def render(
+    folder: str | Path,
+    *,
+    color: str | None = None,
+    frames: tuple[int, int] | None = None,
+    size: tuple[int, int] = (1280, 720),
+    every: int = 1,
+    output: str | Path | None = None,
+    progress: bool = False,
+) -> list[Path]:
+    """Draws the frames in `folder`; returns the folder of the PNGs, poster.png and animation.mp4.
+
+    Particles are spheres, coloured by body or by the field `color` (the magnitude of vectors, over a range that holds
+    for all frames). Raises InputError when a package, OpenGL, the frames or the field are missing.
+    """
+    if missing := missing_parts():
+        raise InputError(missing)
+    source = FrameFolder(folder)
+    numbers = source.select(frames, every)
+    target = Path(output) if output is not None else source.folder / "pictures"
+    target.mkdir(parents=True, exist_ok=True)
+    painter = _FieldColors(source, numbers, color) if color else _BodyColors(source, numbers[0])
+    stage = _stage(source, numbers, size)
+    poster = _poster_frame(source, numbers)
+    video = target / "animation.mp4"
+    with _Video(video, source.frame_rate / every) as film:
+        for number, image in _draw(source, numbers, stage, painter, progress):
+            _save(image, target / f"frame.{number:04d}.png")
+            if number == poster:
+                _save(image, target / "poster.png")
+            film.add(image)
+    stage.close()
+    return [target, target / "poster.png", video]
+
+
+def _draw(
+    source: FrameFolder, numbers: list[int], stage: Stage, painter: _BodyColors | _FieldColors, progress: bool
+) -> Iterator[tuple[int, Array]]:
+    start = time.perf_counter()
+    for done, number in enumerate(numbers, 1):
+        x = source.read(number, "x")
+        yield number, painter.label(stage.draw(x, painter.albedo(number, len(x))))
+        if progress:
+            pace = (time.perf_counter() - start) / done
+            console(stderr=True).print(f"picture {done}/{len(numbers)}  {pace:.2f} s each")
+
+
+def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> Stage:
+    from .stage import Stage
+
+    first = source.read(numbers[0], "x")
+    h = spacing_of(first)
+    clouds = [source.read(n, "x") for n in numbers]
+    sample = np.concatenate([x[:: max(1, len(x) // POINTS_FOR_CAMERA)] for x in clouds]).astype(float)
+    bottom = float(min(x[:, 1].min() for x in clouds))
+    floor = source.ground()
+    return Stage(sample, h, bottom - 0.5 * h if floor is None else min(floor, bottom), size)
+
+
+def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:
+    """The frame of the largest elastic energy, where things are most deformed; else the middle one."""
+    table = source.folder / "energy.csv"
+    if table.exists():
+        rows = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)
+        shown = [n for n in numbers if n <= len(rows)]
+        elastic = np.array([rows["elastic"][n - 1] for n in shown])
+        if len(shown) and np.isfinite(elastic).any():
+            return shown[int(np.nanargmax(elastic))]
+    return numbers[len(numbers) // 2]
+
+
+class _BodyColors:
+    """One tint per body: by the field `body`, else by `material`, else by the pieces the first frame consists of."""
+
+    def __init__(self, source: FrameFolder, first: int) -> None:
+        named = [name for name in ("body", "material") if source.has(first, name)]
+        start = min(source.files)
+        body = source.read(first, named[0]) if named else pieces(source.read(start, "x"))
+        self._albedo = TINTS[body.astype(int) % len(TINTS)]
+
+    def albedo(self, number: int, count: int) -> Array:
+        if count != len(self._albedo):
+            raise InputError(f"frame {number} has {count} particles, the first one {len(self._albedo)}")
+        return self._albedo
+
+    def label(self, image: Array) -> Array:
+        return image
+
+
+class _FieldColors:
+    """Colours by a field over one range for all frames, with a scale in the picture's corner."""
+
+    def __init__(self, source: FrameFolder, numbers: list[int], name: str) -> None:
+        import matplotlib
+
+        self._source, self._name = source, name
+        self._map = matplotlib.colormaps["viridis"]
+        lows, highs = zip(*(np.nanpercentile(self._values(n), (0.5, 99.5)) for n in numbers))
+        self._low, self._high = float(min(lows)), float(max(highs))
+        self._unit = source.unit(numbers[0], name)
+
+    def _values(self, number: int) -> Array:
+        values = self._source.read(number, self._name).astype(float)
+        return values if values.ndim == 1 else np.linalg.norm(values.reshape(len(values), -1), axis=1)
+
+    def albedo(self, number: int, count: int) -> Array:
+        share = (self._values(number) - self._low) / max(self._high - self._low, 1e-300)
+        return self._map(np.clip(share, 0, 1))[:, :3] ** 2.2
+
+    def label(self, image: Array) -> Array:
+        from PIL import Image, ImageDraw, ImageFont
+
+        height, width = image.shape[:2]
+        length, thick, edge = width // 5, max(4, height // 60), height // 24
+        picture = Image.fromarray(image)
+        strip = np.tile(self._map(np.linspace(0, 1, length))[None, :, :3] * 255, (thick, 1, 1)).astype(np.uint8)
+        picture.paste(Image.fromarray(strip), (edge, height - edge - thick))
+        text = f"{self._name}: {self._low:.3g} to {self._high:.3g} {self._unit}".rstrip()
+        font = ImageFont.load_default(size=height // 36)
+        ImageDraw.Draw(picture).text((edge, height - edge - thick - height // 22), text, fill=(60, 64, 70), font=font)
+        return np.asarray(picture)
+
+
+def pieces(x: Array) -> Array:
+    """Number of the connected piece each particle belongs to; particles in touching cells of 2 spacings connect."""
+    cell = np.floor((x - x.min(axis=0)) / (2.0 * spacing_of(x))).astype(int) + 1
+    shape = tuple(cell.max(axis=0) + 2)
+    full = np.zeros(shape, bool)
+    full[tuple(cell.T)] = True
+    label = np.where(full, np.arange(full.size).reshape(shape) + 1, 0)
+    while True:
+        grown = label
+        for axis in range(3):
+            for shift in (-1, 1):
+                grown = np.maximum(grown, np.roll(grown, shift, axis))
+        grown = np.where(full, grown, 0)
+        if np.array_equal(grown, label):
+            break
+        label = grown
+    return np.unique(label[tuple(cell.T)], return_inverse=True)[1]
+
+
+def _save(image: Array, path: Path) -> None:
+    from PIL import Image
+
+    aside = path.with_name(path.name + ".part")
+    Image.fromarray(image).save(aside, format="PNG", compress_level=3)
+    os.replace(aside, path)
+
+
+class _Video:
+    """An MP4 that any player shows; complete or absent."""
+
+    def __init__(self, path: Path, fps: float) -> None:
+        import imageio.v2 as imageio
+
+        self._path, self._aside = path, path.with_name("animation.part.mp4")
+        self._writer = imageio.get_writer(
+            self._aside, fps=fps, codec="libx264", quality=8, macro_block_size=2, ffmpeg_log_level="error"
+        )
+
+    def __enter__(self) -> _Video:
+        return self
+
+    def add(self, image: Array) -> None:
+        height, width = (n // 2 * 2 for n in image.shape[:2])  # the codec wants even sizes
+        self._writer.append_data(image[:height, :width])
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        self._writer.close()
+        if kind is None:
+            os.replace(self._aside, self._path)
+        else:
+            self._aside.unlink(missing_ok=True)

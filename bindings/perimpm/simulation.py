@@ -1,0 +1,95 @@
+"""The simulation as Python sees it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Union
+
+from . import _core
+from .particles import Particles, PositionWatch
+
+SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+
+class Simulation:
+    """A scene in motion.
+
+    Parameters
+    ----------
+    scene : a TOML file, or the same tree as a dict (NumPy scalars and arrays are welcome).
+    overrides : changes such as ``"simulation.dt=1e-4"``; the value is TOML.
+    threads : worker threads, 0 for every core; the result does not depend on it.
+    folder : where relative file names of the scene start; by default the scene file's folder.
+
+    Raises
+    ------
+    InputError : something in the scene is wrong; the message says where and what to do.
+    """
+
+    def __init__(
+        self, scene: SceneLike, overrides: Sequence[str] = (), threads: int = 0, folder: str | os.PathLike[str] = ""
+    ) -> None:
+        checked = _core.Scene(scene, list(overrides), os.fspath(folder))
+        self._core = _core.Simulation(checked, threads)
+        self._watch = PositionWatch()
+        self.title: str = checked.title
+
+    def run(
+        self, frames: int | None = None, output: str | os.PathLike[str] | None = None, progress: bool = False
+    ) -> None:
+        """Runs to frame number `frames` (frame 1 is t = 0) or to the scene's end time.
+
+        Writes frames, run.xdmf, energy.csv and run.json into the folder `output`, or nothing when it is None. Other
+        Python threads go on meanwhile. Ctrl-C stops after the current step with every file whole.
+
+        Raises
+        ------
+        SimulationError : the simulation failed; the state is in `output`/failed.h5.
+        """
+        from .progress import reporter
+
+        if frames is not None and frames < 1:
+            raise _core.InputError(f"frames = {frames}: expected 1 or more (frame 1 is t = 0)")
+        folder = "" if output is None else os.fspath(output)
+        self._watch.tell(self._core)
+        with reporter(progress) as report:
+            self._core.run(folder, frames or 0, report)
+
+    def step(self, n: int = 1) -> float:
+        """Advances `n` steps; returns the length of the last one [s]."""
+        self._watch.tell(self._core)
+        return self._core.step(n)
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._core.time
+
+    @property
+    def steps(self) -> int:
+        """Steps done."""
+        return self._core.steps
+
+    @property
+    def particles(self) -> Particles:
+        """Fields of all particles; ``particles.of("rubber")`` for those of one material."""
+        return Particles(self._core, self._watch)
+
+    @property
+    def plan(self) -> _core.Plan:
+        """What the scene was compiled to."""
+        return self._core.plan
+
+    @property
+    def ledger(self) -> _core.Ledger:
+        """Energies and momenta now, in SI units."""
+        return self._core.ledger
+
+    @property
+    def pass_times(self) -> list[_core.PassTime]:
+        """Wall time of every pass since the start."""
+        return self._core.pass_times
+
+    def __repr__(self) -> str:
+        return f"<Simulation '{self.title}': {self._core.particle_count} particles, t = {self.time:g} s>"

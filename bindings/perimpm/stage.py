@@ -1,0 +1,125 @@
+"""The stage of a picture: particles as spheres, a floor that fades into the background, one camera for all frames."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .shading import Lighting, tone
+
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+import pyvista as pv  # noqa: E402  (the render window is chosen above)
+from vtkmodules.vtkRenderingCore import vtkActor  # noqa: E402
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper  # noqa: E402
+
+Array = npt.NDArray[Any]
+
+VIEW_ANGLE = 28.0  #: vertical [degrees]
+VIEW_FROM = np.array([0.30, 0.34, 1.0]) / np.linalg.norm([0.30, 0.34, 1.0])
+BACKDROP = np.array([0.80, 0.83, 0.86])  #: linear light
+FLOOR = np.array([0.62, 0.64, 0.66])  #: how much the floor throws back
+FLOOR_PIXELS = 640
+
+
+class Stage:
+    """Draws frames of particles with spacing `h` [m] that stay inside `points` (a sample over all frames)."""
+
+    def __init__(self, points: Array, h: float, ground: float, size: tuple[int, int], smooth: int = 2) -> None:
+        self._h, self._ground, self._size, self._smooth = h, ground, size, smooth
+        self._plotter = pv.Plotter(off_screen=True, window_size=[smooth * size[0], smooth * size[1]], lighting="none")
+        self._plotter.render_window.SetMultiSamples(0)  # the picture is drawn larger and averaged down instead
+        self._plotter.set_background((tone(BACKDROP) / 255.0).tolist())
+        self._spheres = self._add_spheres()
+        self._lay_floor(points)
+        below = points * [1, 0, 1] + [0, ground, 0]
+        self._aim(np.concatenate([points, below]))
+
+    def _add_spheres(self) -> Any:
+        mapper = vtkOpenGLSphereMapper()
+        mapper.SetRadius(0.62 * self._h)
+        mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray("rgb")
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetAmbient(0.72)
+        actor.GetProperty().SetDiffuse(0.34)
+        self._plotter.add_actor(actor, reset_camera=False)
+        self._plotter.add_light(pv.Light(position=(-0.45, 0.9, 0.9), light_type="scene light"))
+        return mapper
+
+    def _lay_floor(self, points: Array) -> None:
+        low, high = points.min(axis=0), points.max(axis=0)
+        self._center = (0.5 * (low + high))[[0, 2]]
+        self._half = 2.2 * float((high - low).max()) + 10 * self._h
+        side = 2 * self._half
+        center = (self._center[0], self._ground, self._center[1])
+        self._floor = pv.Plane(center=center, direction=(0, 1, 0), i_size=side, j_size=side)
+        corner = self._floor.points[:, [0, 2]] - self._center + self._half
+        self._floor.active_texture_coordinates = (corner / side).astype(np.float32)
+        actor = self._plotter.add_mesh(self._floor, texture=_texture(self._floor_image(None)), lighting=False)
+        self._floor_actor = actor
+        grid = (np.arange(FLOOR_PIXELS) + 0.5) / FLOOR_PIXELS * 2 - 1
+        radius = np.hypot(grid[:, None], grid[None, :])
+        fade = np.clip((radius - 0.30) / 0.65, 0.0, 1.0)
+        self._fade = (fade * fade * (3 - 2 * fade))[..., None]
+
+    def _floor_image(self, light: Array | None) -> Array:
+        if light is None:
+            return np.zeros((2, 2, 3), np.uint8)
+        shown = tone(light * FLOOR * (1 - self._fade) + BACKDROP * self._fade)
+        return np.ascontiguousarray(np.swapaxes(shown, 0, 1)[::-1])  # rows of a texture run down z
+
+    def _aim(self, points: Array) -> None:
+        """Moves the camera back until every point is inside the picture with a margin."""
+        right = np.cross([0.0, 1.0, 0.0], VIEW_FROM)
+        right /= np.linalg.norm(right)
+        up = np.cross(VIEW_FROM, right)
+        tangent = np.tan(np.radians(VIEW_ANGLE / 2)) * 0.86
+        aspect = self._size[0] / self._size[1]
+        focus = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        distance = 1.0
+        for _ in range(4):
+            across, along, toward = ((points - focus) @ axis for axis in (right, up, VIEW_FROM))
+            distance = float(max((np.abs(across) / (aspect * tangent) + toward).max(), (np.abs(along) / tangent + toward).max()))
+            depth = np.maximum(distance - toward, 1e-9)
+            for offset, axis in ((across, right), (along, up)):
+                seen = offset / depth
+                focus = focus + axis * (0.5 * (seen.max() + seen.min()) * distance)
+        distance += 4 * self._h
+        camera = self._plotter.camera
+        camera.position, camera.focal_point, camera.up = focus + distance * VIEW_FROM, focus, (0, 1, 0)
+        camera.view_angle = VIEW_ANGLE
+        camera.clipping_range = (0.02 * distance, 50 * distance)
+
+    def draw(self, x: Array, albedo: Array) -> Array:
+        """The picture, height x width x 3 bytes, of particles at `x` with colours `albedo` (linear, 0 to 1)."""
+        lighting = Lighting(x, self._h, self._ground)
+        cloud = pv.PolyData(np.ascontiguousarray(x[lighting.seen], np.float32))
+        cloud["rgb"] = tone(albedo[lighting.seen] * lighting.particle_light())
+        self._spheres.SetInputData(cloud)
+        floor = lighting.floor_light(self._center, self._half, FLOOR_PIXELS)
+        self._floor_actor.texture = _texture(self._floor_image(floor))
+        self._plotter.render()
+        image = np.asarray(self._plotter.screenshot(return_img=True))[..., :3]
+        return self._shrink(image)
+
+    def _shrink(self, image: Array) -> Array:
+        from PIL import Image
+
+        if self._smooth == 1:
+            return image
+        return np.asarray(Image.fromarray(image).reduce(self._smooth))
+
+    def close(self) -> None:
+        """Frees the render window."""
+        self._plotter.close()
+
+
+def _texture(image: Array) -> pv.Texture:
+    texture = pv.Texture(image)
+    texture.interpolate = True
+    return texture

@@ -1,0 +1,100 @@
+"""The two throughput workloads as scenes: a falling elastic block (grid) and a stretched lattice cube (bonds)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Workload:
+    """A scene, what to write into the particles before the first step, and how many steps to warm up."""
+
+    scene: dict[str, Any]
+    start: Callable[[Simulation], None]
+    warm_up: int
+
+
+def mpm_block(side: int, law: str, transfer: str, order: int, precision: str) -> Workload:
+    """Cube of `side` cells in the unit cube of 128 cells, 8 particles per cell, falling at 2 m/s."""
+    dx = 1.0 / 128
+    low = np.array([64 - side // 2, 4, 64 - side // 2]) * dx
+    constitutive: dict[str, Any] = {"type": law, "youngs_modulus": 1.0e5}
+    if law.startswith("pd_"):
+        constitutive["horizon"] = 2.01  # spacings
+    else:
+        constitutive["poisson_ratio"] = 0.3
+    scene = {
+        "format": 1,
+        "title": f"falling block, {side} cells an edge",
+        "simulation": {
+            "end_time": 1.0,
+            "frame_rate": 24.0,
+            "dt": 1.0e-4,
+            "precision": precision,
+            "gravity": [0.0, -9.81, 0.0],
+        },
+        # Walls act on nodes with an index below 3 or above 125.
+        "grid": {"spacing": dx, "domain": {"min": [2 * dx] * 3, "max": [126 * dx] * 3, "faces": "separate"}},
+        "transfer": {"type": transfer, "order": order, "stress_divergence": "mls"},
+        "material": {"jelly": {"density": 1000.0, "constitutive": constitutive}},
+        "body": [
+            {
+                "material": "jelly",
+                "shape": {"type": "box", "min": low, "max": low + side * dx},
+                "particle_spacing": dx / 2,
+                "initial_velocity": [0.0, -2.0, 0.0],
+            }
+        ],
+    }
+    return Workload(scene, lambda simulation: None, warm_up=20)
+
+
+def pd_cube(side: int, law: str, transfer: str, precision: str) -> Workload:
+    """Cubic lattice of `side` particles an edge, horizon 3.015 spacings, with a linear velocity field."""
+    dx = 1.0e-3
+    constitutive: dict[str, Any] = {"type": law, "youngs_modulus": 72.0e9, "horizon": 3.015}
+    if law == "pd_bond":
+        constitutive |= {"calibration": "continuum", "volume_correction": "linear"}
+    half = dx / 2
+    scene = {
+        "format": 1,
+        "title": f"lattice cube, {side} particles an edge",
+        "simulation": {
+            "end_time": 1.0,
+            "frame_rate": 24.0,
+            "dt": 5.0e-8,
+            "allow_unstable_dt": True,
+            "precision": precision,
+            "gravity": [0.0, 0.0, 0.0],
+        },
+        "grid": {"spacing": 2 * dx},
+        "transfer": {"type": transfer},
+        "material": {
+            "glass": {
+                "density": 2440.0,
+                "constitutive": constitutive,
+                "fracture": {"type": "critical_stretch", "critical_stretch": 0.5},
+            }
+        },
+        "body": [
+            {
+                "material": "glass",
+                "shape": {"type": "box", "min": [-half] * 3, "max": [side * dx - half] * 3},
+                "particle_spacing": dx,
+            }
+        ],
+    }
+
+    def start(simulation: Simulation) -> None:
+        x, v = simulation.particles["x"], simulation.particles["v"]
+        length = side * dx
+        v[:, 0] = -5.0 + 10.0 * x[:, 0] / length
+        v[:, 1] = 3.0 - 6.0 * x[:, 1] / length
+
+    return Workload(scene, start, warm_up=5)

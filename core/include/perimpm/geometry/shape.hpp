@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perimpm/export.hpp"
+
+namespace perimpm {
+
+using Vec3 = Eigen::Vector3d;
+using Box3 = Eigen::AlignedBox3d;
+
+/// A solid given by its signed distance, negative inside. Metres. Thread-safe to query.
+class PERIMPM_API Shape {
+public:
+    virtual ~Shape();
+    virtual double signed_distance(const Vec3& x) const = 0;
+    /// Outward unit normal of the level set through x (gradient of the signed distance).
+    virtual Vec3 normal(const Vec3& x) const = 0;
+    /// Infinite extents for a half space.
+    virtual Box3 bounds() const = 0;
+};
+using ShapePtr = std::shared_ptr<const Shape>;
+
+PERIMPM_API ShapePtr make_half_space(const Vec3& point, const Vec3& normal);
+PERIMPM_API ShapePtr make_box(const Vec3& min, const Vec3& max);
+PERIMPM_API ShapePtr make_sphere(const Vec3& center, double radius);
+/// Solid cylinder between two end points.
+PERIMPM_API ShapePtr make_cylinder(const Vec3& start, const Vec3& end, double radius);
+
+/// Where a mesh stands: scaled, then rotated about the origin (Euler angles in degrees, x then y then z, as Houdini's
+/// default xyz order), then translated.
+struct MeshPlacement {
+    double scale = 1.0;
+    Vec3 rotation = Vec3::Zero();
+    Vec3 translation = Vec3::Zero();
+};
+
+/// Closed triangle mesh from obj, ply, stl, gltf or glb (assimp) as a level set (OpenVDB) with the given voxel size.
+/// Inside, the distance is known at every depth; outside, up to four voxels, and beyond that a lower bound of it.
+/// Opens the mesh module. Throws InputError: missing or unreadable file, no triangles, triangles without area, open or
+/// inconsistent mesh (with the number of offending edges), inverted mesh, cavities, thinner than a voxel.
+PERIMPM_API ShapePtr make_mesh(const std::string& file, const MeshPlacement& placement, double voxel_size);
+
+/// Points of the cubic lattice {origin + spacing (i + 1/2)} that lie inside. The lattice is anchored at the lower
+/// corner of the shape's bounds, so that a box of whole spacings is filled exactly.
+PERIMPM_API std::vector<Vec3> sample_lattice(const Shape& shape, double spacing);
+
+/// Poisson-disk points inside: no two nearer than `radius`, no hole larger (to a thousandth); about 0.75
+/// volume/radius^3 of them. Deterministic in `seed` on any machine.
+PERIMPM_API std::vector<Vec3> sample_poisson(const Shape& shape, double radius, std::uint64_t seed);
+
+/// Volume of the shape by quadrature of its signed distance on cells of `spacing` (partial cells counted linearly)
+/// [m^3].
+PERIMPM_API double measure_volume(const Shape& shape, double spacing);
+
+}  // namespace perimpm

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <experimental/simd>
+
+namespace perimpm {
+
+/// As many numbers as the target's widest register holds; algorithms are templates over T = Real or Pack<Real>.
+template <class Real>
+using Pack = std::experimental::native_simd<Real>;
+template <class Real>
+inline constexpr std::size_t kLanes = Pack<Real>::size();
+
+template <class Real>
+Real select(bool mask, Real yes, Real no) {
+    return mask ? yes : no;
+}
+template <class Real, class Abi>
+std::experimental::simd<Real, Abi> select(const std::experimental::simd_mask<Real, Abi>& mask,
+                                          const std::experimental::simd<Real, Abi>& yes,
+                                          std::experimental::simd<Real, Abi> no) {
+    where(mask, no) = yes;
+    return no;
+}
+
+inline bool all(bool mask) { return mask; }
+template <class Real, class Abi>
+bool all(const std::experimental::simd_mask<Real, Abi>& mask) {
+    return all_of(mask);
+}
+
+/// Loads `count` (at most a pack) consecutive numbers; missing lanes hold `rest`.
+template <class Real>
+Pack<Real> load(const Real* from, std::size_t count, Real rest = Real(0)) {
+    if (count >= kLanes<Real>) return Pack<Real>(from, std::experimental::element_aligned);
+    return Pack<Real>([&](std::size_t lane) { return lane < count ? from[lane] : rest; });
+}
+
+/// Stores the first `count` lanes.
+template <class Real>
+void store(Real* to, const Pack<Real>& pack, std::size_t count) {
+    if (count >= kLanes<Real>) return pack.copy_to(to, std::experimental::element_aligned);
+    for (std::size_t lane = 0; lane < count; ++lane) to[lane] = pack[lane];
+}
+
+/// Scalar type below a pack.
+template <class T>
+struct ScalarOf { using type = T; };
+template <class Real, class Abi>
+struct ScalarOf<std::experimental::simd<Real, Abi>> { using type = Real; };
+template <class T>
+using Scalar = typename ScalarOf<T>::type;
+
+}  // namespace perimpm

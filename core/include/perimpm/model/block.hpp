@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+#include "perimpm/model/field.hpp"
+
+namespace perimpm {
+
+inline constexpr std::uint32_t kMaxStateFields = 8;
+inline constexpr std::uint32_t kMaxVaryingParams = 8;
+
+/// Bond families of one material in compressed rows. Indices count from the material's first particle.
+/// Positions are packed by four so that a neighbour costs one load: entry j is position[4 j .. 4 j + 2].
+template <class Real>
+struct Families {
+    const std::uint32_t* row = nullptr;        ///< bonds of the block's particle i: slots row[i] .. row[i + 1] - 1
+    const std::uint32_t* neighbour = nullptr;  ///< by slot, ascending inside a row
+    const std::uint64_t* broken = nullptr;     ///< one bit per slot; null when no criterion can break bonds
+    const std::uint32_t* damage = nullptr;     ///< broken bonds of the block's particle i; null like `broken`
+    const Real* position = nullptr;            ///< y of every particle of the material [m]
+    const Real* reference = nullptr;           ///< X of every particle of the material [m]
+    const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
+
+    bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
+};
+
+/// What a law sees: a run of particles of one material. Fields start at the block's first particle, except those of
+/// `family` and `bond_state`, which are indexed over the whole material. Plain data: it crosses library borders.
+template <class Real>
+struct Block {
+    std::uint32_t size = 0;
+    std::uint32_t first = 0;                          ///< index of the first particle within the material
+    Field<const Real> x;                              ///< position [m], 3
+    Field<const Real> v;                              ///< velocity [m/s], 3
+    const Real* mass = nullptr;                       ///< [kg]
+    const Real* volume = nullptr;                     ///< reference volume [m^3]
+    Field<const Real> F;                              ///< trial deformation gradient, 9, row-major; local laws
+    Field<Real> tau;                                  ///< out: Kirchhoff stress [Pa], 6: xx xy xz yy yz zz; local laws
+    Field<Real> force;                                ///< out: internal force [N], 3; bond laws
+    const Real* param[kMaxVaryingParams] = {};        ///< values of the parameters that vary, else null
+    Field<Real> particle_state[kMaxStateFields] = {}; ///< declared particle fields, in the order of declaration
+    Real* bond_state[kMaxStateFields] = {};           ///< declared bond fields, by slot over the whole material
+    Field<Real> family_state[kMaxStateFields] = {};   ///< particle_state again, indexed over the whole material
+    Families<Real> family;                            ///< bond laws
+};
+
+}  // namespace perimpm

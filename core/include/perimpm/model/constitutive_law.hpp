@@ -1,0 +1,52 @@
+#pragma once
+
+#include "perimpm/export.hpp"
+#include "perimpm/model/block.hpp"
+#include "perimpm/model/params.hpp"
+
+namespace perimpm {
+
+/// What core must provide to a law. A law asks for a deformation gradient (then it writes tau) or for bonds (force).
+struct LawNeeds {
+    bool deformation_gradient = false;
+    bool bonds = false;
+    bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
+    double horizon = 0;            ///< bond laws: family radius, rim included [m]
+    std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
+    FieldSpecs particle_state = {};
+    FieldSpecs bond_state = {};
+};
+
+/// Stiffness as the discretisation has it, for `explain`; NaN where the law has none.
+struct EffectiveModuli {
+    double youngs_modulus;
+    double poisson_ratio;
+};
+
+/// Response of a solid; one object serves all particles of one material. Real: float or double.
+/// Calls are safe in parallel on disjoint blocks.
+template <class Real>
+class PERIMPM_API ConstitutiveLaw {
+public:
+    virtual ~ConstitutiveLaw();
+    virtual LawNeeds needs() const noexcept = 0;
+    virtual EffectiveModuli moduli() const noexcept = 0;
+    /// Reference quantities of the declared fields: at the start, and again for families that lost bonds. A later round
+    /// may read what an earlier one wrote for the neighbours.
+    virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}
+    /// Bond laws: per-particle family quantities, before any neighbour reads them.
+    virtual void prepare(Block<Real>&) const {}
+    /// In: b.F (trial) or b.family. Out: b.tau [Pa] or b.force [N]. dt in s.
+    virtual void evaluate(Block<Real>& b, Real dt) const = 0;
+    /// Bound of the wave speed in the block as it is now [m/s]; grid transfers take the time step from it.
+    virtual double max_wave_speed(const Block<Real>& b) const = 0;
+    /// Largest stable step of the block when forces move the particles without a grid [s]; bond laws.
+    virtual double stable_time_step(const Block<Real>& b) const;
+    /// Stored energy of the block [J]; NaN where the law has none.
+    virtual double energy(const Block<Real>& b) const = 0;
+};
+
+extern template class ConstitutiveLaw<float>;
+extern template class ConstitutiveLaw<double>;
+
+}  // namespace perimpm

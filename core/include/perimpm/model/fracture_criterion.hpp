@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+
+#include "perimpm/export.hpp"
+#include "perimpm/model/block.hpp"
+#include "perimpm/model/params.hpp"
+
+namespace perimpm {
+
+/// A bond that a criterion singles out: slot `bond` in the row of `particle` (index within the material).
+struct BondCandidate {
+    std::uint32_t particle;
+    std::uint32_t bond;
+};
+
+/// Collects what one block's screening found; room for every bond of the block.
+struct CandidateList {
+    BondCandidate* data;
+    std::uint32_t size;
+
+    void add(std::uint32_t particle, std::uint32_t bond) { data[size++] = {particle, bond}; }
+};
+
+/// Decides which bonds of one material break. Core applies the cuts to both directions of a bond at once, keeps them
+/// broken for good and lets the law renew the reference quantities of the families that changed.
+template <class Real>
+class PERIMPM_API FractureCriterion {
+public:
+    virtual ~FractureCriterion();
+    /// Every how many steps the criterion is asked.
+    virtual std::uint32_t interval() const noexcept { return 1; }
+    /// Finds the live bonds in question; in parallel on disjoint blocks.
+    virtual void screen(const Block<Real>& b, CandidateList& found) const = 0;
+    /// Once for the whole material, candidates in order of slot: keeps in `candidates` those to cut. Default: all.
+    virtual void decide(const Block<Real>& all, CandidateList& candidates) const;
+};
+
+extern template class FractureCriterion<float>;
+extern template class FractureCriterion<double>;
+
+}  // namespace perimpm

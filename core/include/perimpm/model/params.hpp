@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "perimpm/export.hpp"
+
+namespace perimpm {
+
+enum class ParamKind : std::uint32_t { number, integer, boolean, text, choice, vector, table, list };
+
+/// Allowed values of a number; open ends exclude the bound itself.
+struct Range {
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+    bool low_open = true;
+    bool high_open = true;
+};
+constexpr Range above(double low) { return {.low = low}; }
+constexpr Range at_least(double low) { return {.low = low, .low_open = false}; }
+constexpr Range open(double low, double high) { return {.low = low, .high = high}; }
+constexpr Range closed(double low, double high) {
+    return {.low = low, .high = high, .low_open = false, .high_open = false};
+}
+
+inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
+
+/// Declaration of one key of a scene table: parsing, errors, `describe` and the reference page all come from it.
+struct ParamSpec {
+    const char* key;
+    ParamKind kind = ParamKind::number;
+    const char* unit = "1";
+    Range range = {};
+    double default_value = kRequired;    ///< numbers, integers, booleans (0 or 1)
+    const char* default_text = nullptr;  ///< texts and choices; for the other kinds only shown
+    const char* choices = nullptr;       ///< "a|b|c"; for kinds other than choice: words accepted instead of a value
+    bool optional = false;               ///< may be absent without having a default
+    bool per_particle = false;           ///< may be given as a ramp over the body, one value per particle
+    const char* doc = "";
+};
+
+/// One value as it crosses the library border; `given` tells whether the scene gave it or the default stands.
+struct ParamValue {
+    double number = kRequired;
+    const char* text = nullptr;
+    bool given = false;
+};
+
+/// What a model may ask about its surroundings; SI units, 0 where unknown.
+struct ModelContext {
+    double density = 0;           ///< of the material [kg/m^3]
+    double particle_spacing = 0;  ///< lattice spacing h of the material's bodies [m]
+    double grid_spacing = 0;      ///< dx [m]
+};
+
+/// Read access for a model's constructor. A key that the model's table does not declare is a programming error.
+class PERIMPM_API Params {
+public:
+    Params(const ParamSpec* specs, const ParamValue* values, std::uint32_t count, ModelContext context)
+        : specs_{specs}, values_{values}, count_{count}, context_{context} {}
+
+    double operator[](const char* key) const { return at(key).number; }
+    const char* text(const char* key) const { return at(key).text; }
+    bool flag(const char* key) const { return at(key).number != 0.0; }
+    bool given(const char* key) const { return at(key).given; }
+    /// True when the text or choice `key` has the value `value`.
+    bool is(const char* key, const char* value) const;
+    const ModelContext& context() const { return context_; }
+
+private:
+    const ParamValue& at(const char* key) const;
+
+    const ParamSpec* specs_;
+    const ParamValue* values_;
+    std::uint32_t count_;
+    ModelContext context_;
+};
+
+}  // namespace perimpm

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perimpm/export.hpp"
+#include "perimpm/plugin/plugin.hpp"
+
+namespace perimpm {
+
+PERIMPM_API const char* family_name(Family family);
+
+/// One plugin file: which model it holds follows from its folder and name, without opening it.
+struct PluginFile {
+    Family family;
+    std::string name;
+    std::string path;  ///< the variant for this machine's instruction set, see `installed`
+};
+
+/// An opened plugin; libraries stay open while the process lives.
+struct Plugin {
+    std::string name;
+    std::string path;
+    const PluginDescriptor* descriptor;
+};
+
+/// All plugin files of a family, sorted by name, from `library_folder()`/plugins and the folders of PERIMPM_PLUGIN_PATH
+/// (separated by ':'). A folder holds <family>/<name>.so; beside it x86-64-v3/<name>.so and x86-64-v4/<name>.so are
+/// variants, of which the highest that the machine supports is taken (PERIMPM_ISA forces a lower one).
+/// Opens nothing; a file <name>.so directly in a folder is therefore not listed, but `open_plugin` finds it.
+/// Throws InputError for a name found in two folders, a missing folder and an unknown or unsupported PERIMPM_ISA.
+PERIMPM_API std::vector<PluginFile> installed(Family family);
+
+/// Opens a plugin on first use. Throws InputError naming file and reason: unknown name (with the closest one), a
+/// library that does not load, a missing or different ABI stamp, a wrong family.
+PERIMPM_API const Plugin& open_plugin(Family family, const std::string& name);
+
+/// What was opened so far, sorted: "transfer/apic" for plugins, "module/mesh" for modules.
+PERIMPM_API std::vector<std::string> opened_plugins();
+
+template <template <class> class Interface, class Real>
+using ModelPtr = std::unique_ptr<Interface<Real>, std::function<void(Interface<Real>*)>>;
+
+/// Creates a model. Throws whatever the model's constructor throws.
+template <template <class> class Interface, class Real>
+ModelPtr<Interface, Real> create(const std::string& name, const Params& params) {
+    const PluginDescriptor& d = *open_plugin(detail::FamilyOf<Interface>::value, name).descriptor;
+    constexpr bool is_float = std::is_same_v<Real, float>;
+    auto* model = static_cast<Interface<Real>*>((is_float ? d.create_float : d.create_double)(params));
+    return {model, [destroy = is_float ? d.destroy_float : d.destroy_double](Interface<Real>* m) { destroy(m); }};
+}
+
+/// Where the core library and everything shipped with it lives.
+PERIMPM_API std::string library_folder();
+
+/// Opens a part of perimpm that only some scenes need ("mesh", "hdf5": `library_folder()`/perimpm_<name>.so) and
+/// returns its factory symbol. Throws InputError when the module was not built or does not load.
+PERIMPM_API void* open_module(const std::string& name, const char* symbol);
+
+}  // namespace perimpm

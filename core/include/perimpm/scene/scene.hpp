@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "perimpm/geometry/shape.hpp"
+#include "perimpm/plugin/registry.hpp"
+#include "perimpm/scene/reader.hpp"
+
+namespace perimpm {
+
+enum class Precision { single_, double_ };
+enum class Face { sticky, slip, separate, open };
+enum class Contact { sticky, slip, separate };
+
+/// A model as a scene names it, checked against the model's declared parameters.
+struct ModelSpec {
+    std::string type;
+    std::shared_ptr<const Reader> params;  ///< null when the model is absent
+    Value source;                          ///< the model's table as the scene gives it
+};
+
+struct SimulationSpec {
+    double end_time;                ///< [s]
+    double frame_rate;              ///< [1/s]
+    std::optional<double> dt;       ///< [s]; absent: automatic
+    double safety;                  ///< share of the stable step that "auto" takes
+    bool allow_unstable_dt;
+    Precision precision;
+    Vec3 gravity;                   ///< [m/s^2]
+    Place dt_place;
+};
+
+struct GridSpec {
+    double spacing;                 ///< dx [m]; 0 when absent, which only transfers without a grid allow
+    bool bounded;                   ///< a domain was given
+    Box3 domain;
+    Face faces[6];                  ///< min x, max x, min y, ...
+    double face_friction;
+};
+
+struct TransferSpec {
+    ModelSpec model;
+    bool mls;                       ///< stress_divergence = "mls"
+};
+
+struct MaterialSpec {
+    std::string name;
+    double density;                 ///< [kg/m^3]
+    ModelSpec law;
+    ModelSpec criterion;            ///< params null: nothing breaks
+};
+
+struct BodySpec {
+    std::string name;
+    std::uint32_t material;         ///< index
+    Value shape;                    ///< checked; built when particles are sampled
+    std::optional<double> particle_spacing;  ///< h [m]; else from particles_per_cell
+    double particles_per_cell;
+    bool poisson;                   ///< sampling = "poisson"
+    std::uint64_t seed;
+    Vec3 velocity;                  ///< [m/s]
+    Vec3 angular_velocity;          ///< [rad/s] about the centre of mass
+    Value source;                   ///< the body's table, for messages
+};
+
+struct ColliderSpec {
+    std::string name;
+    Value shape;
+    Contact contact;
+    double friction;
+    Vec3 velocity;                  ///< [m/s]
+    Vec3 angular_velocity;          ///< [rad/s] about `pivot`, which moves with `velocity`
+    Vec3 pivot;                     ///< [m]
+    Value source;
+};
+
+struct OutputSpec {
+    std::vector<std::string> fields;
+    std::vector<std::string> formats;
+};
+
+/// A validated scene. Shapes are not built yet, plugins named by it are open.
+struct Scene {
+    std::string title;
+    std::string folder;             ///< relative file names start here
+    SimulationSpec simulation;
+    GridSpec grid;
+    TransferSpec transfer;
+    std::vector<MaterialSpec> materials;
+    std::vector<BodySpec> bodies;
+    std::vector<ColliderSpec> colliders;
+    OutputSpec output;
+    Value source;
+};
+
+/// Validates a tree. `folder`: where relative file names start. Throws InputError.
+PERIMPM_API Scene read_scene(Value tree, const std::string& folder);
+
+/// Builds a shape from its checked table; relative files start in `folder`; meshes get level sets of `voxel_size`.
+PERIMPM_API ShapePtr build_shape(const Value& shape, const std::string& folder, double voxel_size);
+
+/// A scene table with the keys it accepts; the reference page and `describe` come from these.
+struct SectionDoc {
+    std::string name;               ///< e.g. "[simulation]", "shape = { type = \"box\" }"
+    std::string doc;
+    std::vector<ParamSpec> keys;
+};
+PERIMPM_API std::vector<SectionDoc> scene_reference();
+
+}  // namespace perimpm

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perimpm/io/frame_writer.hpp"
+#include "perimpm/scene/scene.hpp"
+#include "perimpm/step/plan.hpp"
+
+namespace perimpm {
+
+/// A particle field without a copy: component c of particle i is data[c * stride + i], in `bytes` per number.
+struct FieldView {
+    std::string name, unit, doc;
+    void* data;
+    std::size_t size, components, stride;
+    enum class Type { float32, float64, uint32 } type;
+};
+
+/// Sums over all particles (SI). Angular momentum about the origin, with the affine (APIC) part.
+struct Ledger {
+    double time, kinetic, elastic, potential;
+    std::array<double, 3> momentum, angular_momentum;
+};
+
+struct PassTime {
+    std::string name;
+    std::uint64_t calls;
+    double seconds;
+};
+
+/// A scene in motion. Not thread-safe; uses its own worker threads.
+class PERIMPM_API Simulation {
+public:
+    /// Builds particles, bonds and the plan. threads: 0 takes every core. Throws InputError.
+    explicit Simulation(Scene scene, int threads = 0);
+    ~Simulation();
+    Simulation(Simulation&&) noexcept;
+
+    /// Advances one step of at most `longest` [s]. Returns the step taken [s]. Throws SimulationError.
+    double step(double longest = 1e300);
+
+    double time() const;
+    std::uint64_t steps() const;
+    std::uint64_t particle_count() const;
+    const Scene& scene() const;
+    const Plan& plan() const;
+    Ledger ledger() const;
+    std::vector<PassTime> pass_times() const;
+
+    /// Names of the fields that exist, for all particles or those of one material (its state fields included).
+    std::vector<std::string> fields(const std::string& material = "") const;
+    /// Throws InputError for an unknown material or field, with the closest name.
+    FieldView field(const std::string& name, const std::string& material = "") const;
+    /// Counts the re-sorts: when it changes, slots of local laws' particles hold other particles than before.
+    std::uint64_t generation() const;
+    /// To be called after positions were written from outside: the next step sorts anew.
+    void positions_changed();
+
+    /// The scene's output fields in the order of ids. `number` is the frame number to put into the frame.
+    Frame frame(std::uint32_t number) const;
+
+private:
+    class Engine;
+    template <class Real>
+    class EngineOf;
+    std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace perimpm

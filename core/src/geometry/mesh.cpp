@@ -1,0 +1,11 @@
+#include "mesh_module/factory.hpp"
+#include "perimpm/plugin/registry.hpp"
+
+namespace perimpm {
+
+ShapePtr make_mesh(const std::string& file, const MeshPlacement& placement, double voxel_size) {
+    const auto factory = reinterpret_cast<MakeMesh*>(open_module("mesh", "perimpm_make_mesh"));
+    return ShapePtr(factory(file, placement, voxel_size));
+}
+
+}  // namespace perimpm

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perimpm/geometry/shape.hpp"
+
+namespace perimpm {
+
+/// Triangles over shared points; counter-clockwise seen from outside. Metres.
+struct TriangleMesh {
+    std::vector<Vec3> points;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// Reads obj, ply, stl, gltf or glb; points at the same position become one. Throws InputError.
+TriangleMesh import_mesh(const std::string& file);
+
+/// Throws InputError unless the mesh bounds a solid: triangles with area, every edge shared by exactly two of them in
+/// opposite direction, every closed part wound outwards.
+void check_solid(const TriangleMesh& mesh, const std::string& file);
+
+/// Moves the points; throws InputError for a scale that is not positive.
+void place(TriangleMesh& mesh, const MeshPlacement& placement, const std::string& file);
+
+/// Enclosed volume by the divergence theorem [m^3].
+double enclosed_volume(const TriangleMesh& mesh);
+double surface_area(const TriangleMesh& mesh);
+
+/// The level set as a shape. Throws InputError for a mesh thinner than a voxel and for too many voxels.
+std::unique_ptr<Shape> make_level_set(const TriangleMesh& mesh, double voxel_size, const std::string& file);
+
+}  // namespace perimpm

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "perimpm/io/run.hpp"
+
+namespace perimpm {
+
+/// Keeps the files of one run up to date: frames, energy.csv, run.json. Without a folder it writes nothing.
+class RunRecord {
+public:
+    /// Makes the folder and removes what a former run left there from frame `first` on. Throws InputError.
+    RunRecord(const Simulation& simulation, const RunOptions& options, std::uint32_t first);
+
+    void frame(std::uint32_t number);
+    /// status: "running", "done", "stopped" or "failed" (with the reason).
+    void status(const std::string& status, const std::string& error = "");
+    /// Dumps every field of all particles to failed.h5 and says so in run.json.
+    void failed(const std::string& error);
+
+private:
+    bool silent() const { return options_.folder.empty(); }
+    std::string path(const char* name) const { return options_.folder + "/" + name; }
+
+    const Simulation& simulation_;
+    const RunOptions& options_;
+    std::uint32_t last_frame_ = 0;
+    std::string energy_;  ///< energy.csv so far
+    std::unique_ptr<FrameWriter> writer_;
+};
+
+/// run.json: the resolved scene, versions, sizes and the time of every pass.
+std::string run_json(const Simulation& simulation, const RunOptions& options, std::uint32_t last_frame,
+                     const std::string& status, const std::string& error);
+
+}  // namespace perimpm

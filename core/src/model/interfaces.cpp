@@ -1,0 +1,39 @@
+// The interfaces' virtual tables and type information live here, once, so that every plugin shares them.
+#include <limits>
+
+#include "perimpm/model/constitutive_law.hpp"
+#include "perimpm/model/fracture_criterion.hpp"
+#include "perimpm/model/transfer_kernel.hpp"
+
+namespace perimpm {
+
+template <class Real>
+ConstitutiveLaw<Real>::~ConstitutiveLaw() = default;
+
+template <class Real>
+double ConstitutiveLaw<Real>::stable_time_step(const Block<Real>&) const {
+    return std::numeric_limits<double>::infinity();
+}
+
+template <class Real>
+TransferKernel<Real>::~TransferKernel() = default;
+
+template <class Real>
+ParticleIntegrator<Real>::~ParticleIntegrator() = default;
+
+template <class Real>
+FractureCriterion<Real>::~FractureCriterion() = default;
+
+template <class Real>
+void FractureCriterion<Real>::decide(const Block<Real>&, CandidateList&) const {}
+
+template class ConstitutiveLaw<float>;
+template class ConstitutiveLaw<double>;
+template class TransferKernel<float>;
+template class TransferKernel<double>;
+template class ParticleIntegrator<float>;
+template class ParticleIntegrator<double>;
+template class FractureCriterion<float>;
+template class FractureCriterion<double>;
+
+}  // namespace perimpm

@@ -1,0 +1,56 @@
+#include "plugin/instruction_set.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "perimpm/error.hpp"
+
+namespace perimpm {
+namespace {
+
+#if defined(__x86_64__)
+const std::vector<std::string> kKnown = {"x86-64", "x86-64-v3", "x86-64-v4"};
+
+bool supports_v3() {
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+}
+
+bool supports_v4() {
+    return supports_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl");
+}
+
+/// Index into kKnown.
+std::ptrdiff_t highest_supported() { return supports_v4() ? 2 : supports_v3() ? 1 : 0; }
+#else
+const std::vector<std::string> kKnown;
+std::ptrdiff_t highest_supported() { return -1; }
+#endif
+
+std::ptrdiff_t forced_level(const std::string& name) {
+    const auto found = std::find(kKnown.begin(), kKnown.end(), name);
+    if (found == kKnown.end()) {
+        throw InputError{"PERIMPM_ISA: unknown instruction set '" + name + "'\n  " + suggestion(name, kKnown)};
+    }
+    const std::ptrdiff_t level = found - kKnown.begin();
+    if (level > highest_supported()) {
+        throw InputError{"PERIMPM_ISA: this machine does not support '" + name + "'; the highest it supports is '" +
+                         kKnown[static_cast<std::size_t>(highest_supported())] + "'"};
+    }
+    return level;
+}
+
+}  // namespace
+
+std::vector<std::string> instruction_set_folders() {
+    const char* forced = std::getenv("PERIMPM_ISA");
+    std::vector<std::string> folders;
+    for (std::ptrdiff_t level = forced ? forced_level(forced) : highest_supported(); level > 0; --level) {
+        folders.push_back(kKnown[static_cast<std::size_t>(level)]);
+    }
+    folders.emplace_back();
+    return folders;
+}
+
+}  // namespace perimpm

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace perimpm {
+
+/// Folders of plugin variants that this machine may run, best first; the baseline is "" and comes last.
+/// Names follow the x86-64 psABI levels. PERIMPM_ISA = x86-64 | x86-64-v3 | x86-64-v4 caps the list.
+/// Throws InputError when PERIMPM_ISA is unknown or above what the machine supports.
+std::vector<std::string> instruction_set_folders();
+
+}  // namespace perimpm

@@ -1,0 +1,91 @@
+#include "plugin/search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "perimpm/error.hpp"
+#include "plugin/instruction_set.hpp"
+
+namespace perimpm {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_folder(std::vector<fs::path>& folders, const fs::path& folder) {
+    const fs::path real = fs::canonical(folder);
+    if (std::find(folders.begin(), folders.end(), real) == folders.end()) folders.push_back(real);
+}
+
+/// The shipped plugins first, then PERIMPM_PLUGIN_PATH in order; each folder once.
+std::vector<fs::path> plugin_folders() {
+    std::vector<fs::path> folders;
+    const fs::path shipped = fs::path{library_folder()} / "plugins";
+    if (fs::is_directory(shipped)) add_folder(folders, shipped);
+    const char* path = std::getenv("PERIMPM_PLUGIN_PATH");
+    std::istringstream entries{path ? path : ""};
+    for (std::string entry; std::getline(entries, entry, ':');) {
+        if (entry.empty()) continue;
+        if (!fs::is_directory(entry)) throw InputError{fmt::format("PERIMPM_PLUGIN_PATH: no folder '{}'", entry)};
+        add_folder(folders, entry);
+    }
+    return folders;
+}
+
+[[noreturn]] void refuse_duplicate(Family family, const std::string& name, const std::string& a, const std::string& b) {
+    throw InputError{
+        fmt::format("two files claim to be the {} plugin '{}':\n  {}\n  {}\n  rename or remove one of them",
+                    family_name(family), name, a, b)};
+}
+
+/// Baseline file by name.
+std::map<std::string, std::string> files_by_name(Family family) {
+    std::map<std::string, std::string> files;
+    for (const fs::path& folder : plugin_folders()) {
+        const fs::path place = folder / family_name(family);
+        if (!fs::is_directory(place)) continue;
+        for (const fs::directory_entry& entry : fs::directory_iterator{place}) {
+            if (!entry.is_regular_file() || entry.path().extension() != ".so") continue;
+            const auto [found, is_new] = files.emplace(entry.path().stem(), entry.path());
+            if (!is_new) refuse_duplicate(family, found->first, found->second, entry.path());
+        }
+    }
+    return files;
+}
+
+}  // namespace
+
+std::string best_variant(const std::string& baseline) {
+    const fs::path file{baseline};
+    for (const std::string& folder : instruction_set_folders()) {
+        const fs::path variant = file.parent_path() / folder / file.filename();
+        if (fs::is_regular_file(variant)) return variant;
+    }
+    return baseline;
+}
+
+std::optional<std::string> find_plugin(Family family, const std::string& name) {
+    std::optional<std::string> result;
+    const auto files = files_by_name(family);
+    if (const auto found = files.find(name); found != files.end()) result = found->second;
+    if (name.empty() || name.find('/') != std::string::npos) return result;
+    for (const fs::path& folder : plugin_folders()) {
+        const fs::path flat = folder / (name + ".so");
+        if (!fs::is_regular_file(flat)) continue;
+        if (result) refuse_duplicate(family, name, *result, flat);
+        result = flat;
+    }
+    return result;
+}
+
+std::vector<PluginFile> installed(Family family) {
+    std::vector<PluginFile> plugins;
+    for (const auto& [name, file] : files_by_name(family)) plugins.push_back({family, name, best_variant(file)});
+    return plugins;
+}
+
+}  // namespace perimpm

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "perimpm/plugin/registry.hpp"
+
+namespace perimpm {
+
+/// The baseline file that should hold the plugin: listed under the family, or <name>.so directly in a folder, whose
+/// family shows only when it is opened. Throws InputError when more than one file is in question.
+std::optional<std::string> find_plugin(Family family, const std::string& name);
+
+/// The file beside `baseline` that suits this machine best, or `baseline` itself.
+std::string best_variant(const std::string& baseline);
+
+}  // namespace perimpm

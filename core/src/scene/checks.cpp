@@ -1,0 +1,97 @@
+#include "scene/checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <sstream>
+#include <string_view>
+
+#include "perimpm/error.hpp"
+
+namespace perimpm {
+namespace {
+
+bool carries_number(const ParamSpec& spec) {
+    return spec.kind == ParamKind::number || spec.kind == ParamKind::integer || spec.kind == ParamKind::vector;
+}
+
+std::string expected_kind(const ParamSpec& spec) {
+    switch (spec.kind) {
+        case ParamKind::number:
+            return spec.per_particle ? "a number or a ramp { from, to, start, end }" : "a number";
+        case ParamKind::integer:
+            return "an integer";
+        case ParamKind::boolean:
+            return "true or false";
+        case ParamKind::text:
+            return "a text";
+        case ParamKind::choice:
+            return "one of";
+        case ParamKind::vector:
+            return "a list of 3 numbers";
+        case ParamKind::table:
+            return "a table";
+        case ParamKind::list:
+            return "a list";
+    }
+    return "a value";
+}
+
+/// `"a", "b"` after the kind, for keys that take words.
+std::string expected_words(const ParamSpec& spec) {
+    if (!spec.choices) return "";
+    std::string words;
+    for (const std::string& word : split_choices(spec.choices)) words += (words.empty() ? "\"" : ", \"") + word + '"';
+    return (spec.kind == ParamKind::choice ? " " : " or one of ") + words;
+}
+
+std::string describe(const Range& range, const std::string& unit) {
+    std::string low, high;
+    if (std::isfinite(range.low)) low = fmt::format("{} {}{}", range.low_open ? "above" : "at least", range.low, unit);
+    if (std::isfinite(range.high))
+        high = fmt::format("{} {}{}", range.high_open ? "below" : "at most", range.high, unit);
+    return low + (low.empty() || high.empty() ? "" : " and ") + high;
+}
+
+}  // namespace
+
+std::string unit_note(const ParamSpec& spec) {
+    return carries_number(spec) && std::string_view{spec.unit} != "1" ? fmt::format(" [{}]", spec.unit) : "";
+}
+
+std::vector<std::string> split_choices(const char* choices) {
+    std::vector<std::string> words;
+    std::istringstream stream{choices};
+    for (std::string word; std::getline(stream, word, '|');) words.push_back(word);
+    return words;
+}
+
+void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what) {
+    const bool is_leaf = !value.is_table() && !value.is_list();
+    throw InputError{value.place.text(), fmt::format("'{}' in {} must be {}{}{}, got {}{}", spec.key, what,
+                                                     expected_kind(spec), expected_words(spec), unit_note(spec),
+                                                     value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "")};
+}
+
+double require_number(const Value& value, const ParamSpec& spec, const std::string& what) {
+    if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return static_cast<double>(*integer);
+    const auto* number = std::get_if<double>(&value.data);
+    if (!number) refuse_kind(value, spec, what);
+    if (!std::isfinite(*number)) {
+        throw InputError{value.place.text(), fmt::format("'{}' in {} must be finite{}, got {}", spec.key, what,
+                                                         unit_note(spec), value.to_toml())};
+    }
+    return *number;
+}
+
+void check_range(double number, const Place& place, const ParamSpec& spec, const std::string& what) {
+    const Range& r = spec.range;
+    const bool is_low = r.low_open ? number <= r.low : number < r.low;
+    const bool is_high = r.high_open ? number >= r.high : number > r.high;
+    if (!is_low && !is_high) return;
+    const std::string unit = std::string_view{spec.unit} == "1" ? "" : fmt::format(" {}", spec.unit);
+    throw InputError{place.text(),
+                     fmt::format("'{}' in {} must be {}, got {}", spec.key, what, describe(r, unit), number)};
+}
+
+}  // namespace perimpm

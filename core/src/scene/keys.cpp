@@ -1,0 +1,210 @@
+#include "scene/keys.hpp"
+
+#include "perimpm/scene/scene.hpp"
+
+namespace perimpm {
+namespace {
+
+using enum ParamKind;
+constexpr const char* kFaceWords = "sticky|slip|separate|open";
+
+constexpr ParamSpec kSceneTable[] = {
+    {.key = "format", .kind = integer, .doc = "version of the scene format: 1"},
+    {.key = "title", .kind = text, .default_text = "", .doc = "shown in reports"},
+    {.key = "simulation", .kind = table, .doc = "duration and time step"},
+    {.key = "grid", .kind = table, .optional = true, .doc = "background grid and domain"},
+    {.key = "transfer", .kind = table, .doc = "how particles move: through the grid or by themselves"},
+    {.key = "material", .kind = table, .doc = "materials by name, written [material.NAME]"},
+    {.key = "body", .kind = list, .optional = true, .doc = "solids, each written [[body]]; at least one"},
+    {.key = "collider", .kind = list, .optional = true, .doc = "rigid obstacles, each written [[collider]]"},
+    {.key = "output", .kind = table, .optional = true, .doc = "what frames hold"},
+};
+constexpr ParamSpec kSimulationTable[] = {
+    {.key = "end_time", .unit = "s", .range = above(0.0), .doc = "simulated time"},
+    {.key = "frame_rate", .unit = "1/s", .range = above(0.0), .default_value = 24.0, .doc = "frames per second"},
+    {.key = "dt",
+     .unit = "s",
+     .range = above(0.0),
+     .default_text = "auto",
+     .choices = "auto",
+     .doc = "time step; \"auto\" takes `safety` times the stable one"},
+    {.key = "safety",
+     .range = {.low = 0.0, .high = 1.0, .high_open = false},
+     .default_value = 0.8,
+     .doc = "share of the stable time step that \"auto\" takes"},
+    {.key = "allow_unstable_dt", .kind = boolean, .default_value = 0.0, .doc = "accept a dt above the stable one"},
+    {.key = "precision",
+     .kind = choice,
+     .default_text = "float",
+     .choices = "float|double",
+     .doc = "of particles and grid"},
+    {.key = "gravity", .kind = vector, .unit = "m/s^2", .default_text = "[0, -9.81, 0]", .doc = "acceleration, Y up"},
+};
+constexpr ParamSpec kGridTable[] = {
+    {.key = "spacing",
+     .unit = "m",
+     .range = above(0.0),
+     .optional = true,
+     .doc = "cell size; required unless the transfer has no grid"},
+    {.key = "domain", .kind = table, .optional = true, .doc = "box that particles must stay in; absent: unbounded"},
+};
+constexpr ParamSpec kDomainTable[] = {
+    {.key = "min", .kind = vector, .unit = "m", .doc = "lower corner"},
+    {.key = "max", .kind = vector, .unit = "m", .doc = "upper corner"},
+    {.key = "faces",
+     .kind = table,
+     .default_text = "separate",
+     .choices = kFaceWords,
+     .doc = "one word for all six faces or a table by face"},
+    {.key = "friction", .range = at_least(0.0), .default_value = 0.0, .doc = "Coulomb coefficient"},
+};
+constexpr ParamSpec face(const char* key) {
+    return {.key = key,
+            .kind = choice,
+            .default_text = "separate",
+            .choices = kFaceWords,
+            .doc = "what particles meet at this face"};
+}
+constexpr ParamSpec kFacesTable[] = {face("min_x"), face("max_x"), face("min_y"),
+                                     face("max_y"), face("min_z"), face("max_z")};
+constexpr ParamSpec kTransferTable[] = {
+    {.key = "stress_divergence",
+     .kind = choice,
+     .default_text = "gradient",
+     .choices = "gradient|mls",
+     .doc = "internal forces by shape function gradients or by moving least squares"},
+};
+constexpr ParamSpec kMaterialTable[] = {
+    {.key = "density", .unit = "kg/m^3", .range = above(0.0), .doc = "reference mass density"},
+    {.key = "constitutive", .kind = table, .doc = "{ type = constitutive plugin, its parameters }"},
+    {.key = "fracture",
+     .kind = table,
+     .optional = true,
+     .doc = "{ type = fracture plugin, its parameters }; absent: nothing breaks"},
+};
+constexpr ParamSpec kBodyTable[] = {
+    {.key = "name", .kind = text, .optional = true, .doc = "default: body N"},
+    {.key = "material", .kind = text, .doc = "name of a material"},
+    {.key = "shape", .kind = table, .doc = "{ type = box, sphere, cylinder or mesh, its parameters }"},
+    {.key = "particles_per_cell",
+     .range = above(0.0),
+     .default_value = 8.0,
+     .doc = "mean number of particles in a grid cell"},
+    {.key = "particle_spacing",
+     .unit = "m",
+     .range = above(0.0),
+     .optional = true,
+     .doc = "distance of particles, instead of particles_per_cell"},
+    {.key = "sampling",
+     .kind = choice,
+     .default_text = "lattice",
+     .choices = "lattice|poisson",
+     .doc = "cubic lattice or Poisson-disk points"},
+    {.key = "seed", .kind = integer, .range = at_least(0.0), .default_value = 1.0, .doc = "of Poisson sampling"},
+    {.key = "initial_velocity", .kind = vector, .unit = "m/s", .default_text = "[0, 0, 0]", .doc = "of the centre"},
+    {.key = "initial_angular_velocity",
+     .kind = vector,
+     .unit = "rad/s",
+     .default_text = "[0, 0, 0]",
+     .doc = "about the centre of mass"},
+};
+constexpr ParamSpec kColliderTable[] = {
+    {.key = "name", .kind = text, .optional = true, .doc = "default: collider N"},
+    {.key = "shape", .kind = table, .doc = "{ type = plane, box, sphere, cylinder or mesh, its parameters }"},
+    {.key = "contact",
+     .kind = choice,
+     .default_text = "separate",
+     .choices = "sticky|slip|separate",
+     .doc = "separate lets material leave; slip holds its normal motion; sticky holds all"},
+    {.key = "friction", .range = at_least(0.0), .default_value = 0.0, .doc = "Coulomb coefficient"},
+    {.key = "velocity", .kind = vector, .unit = "m/s", .default_text = "[0, 0, 0]", .doc = "of the pivot"},
+    {.key = "angular_velocity", .kind = vector, .unit = "rad/s", .default_text = "[0, 0, 0]", .doc = "about the pivot"},
+    {.key = "pivot", .kind = vector, .unit = "m", .default_text = "[0, 0, 0]", .doc = "centre of rotation at t = 0"},
+};
+constexpr ParamSpec kOutputTable[] = {
+    {.key = "fields", .kind = list, .default_text = "[\"x\", \"v\", \"id\"]", .doc = "particle fields in frames"},
+    {.key = "formats",
+     .kind = list,
+     .default_text = "[\"hdf5\"]",
+     .doc = "file formats; an empty list writes no frames"},
+};
+constexpr ParamSpec kBoxTable[] = {
+    {.key = "min", .kind = vector, .unit = "m", .doc = "lower corner"},
+    {.key = "max", .kind = vector, .unit = "m", .doc = "upper corner"},
+};
+constexpr ParamSpec kSphereTable[] = {
+    {.key = "center", .kind = vector, .unit = "m", .doc = "centre"},
+    {.key = "radius", .unit = "m", .range = above(0.0), .doc = "radius"},
+};
+constexpr ParamSpec kCylinderTable[] = {
+    {.key = "start", .kind = vector, .unit = "m", .doc = "one end of the axis"},
+    {.key = "end", .kind = vector, .unit = "m", .doc = "other end of the axis"},
+    {.key = "radius", .unit = "m", .range = above(0.0), .doc = "radius"},
+};
+constexpr ParamSpec kPlaneTable[] = {
+    {.key = "point", .kind = vector, .unit = "m", .doc = "a point of the plane"},
+    {.key = "normal", .kind = vector, .doc = "points out of the solid half; any length"},
+};
+constexpr ParamSpec kMeshTable[] = {
+    {.key = "file", .kind = text, .doc = "closed triangle mesh (obj, ply, stl, gltf, glb), relative to the scene"},
+    {.key = "scale", .range = above(0.0), .default_value = 1.0, .doc = "applied first"},
+    {.key = "rotation",
+     .kind = vector,
+     .unit = "deg",
+     .default_text = "[0, 0, 0]",
+     .doc = "about x, then y, then z through the origin"},
+    {.key = "translation", .kind = vector, .unit = "m", .default_text = "[0, 0, 0]", .doc = "applied last"},
+};
+constexpr ParamSpec kRampTable[] = {
+    {.key = "from", .doc = "value at `start` and before, in the parameter's unit"},
+    {.key = "to", .doc = "value at `end` and beyond, in the parameter's unit"},
+    {.key = "start", .kind = vector, .unit = "m", .doc = "where the ramp begins"},
+    {.key = "end", .kind = vector, .unit = "m", .doc = "where the ramp ends"},
+};
+
+SectionDoc section(const char* name, const char* doc, std::span<const ParamSpec> keys) {
+    return {name, doc, {keys.begin(), keys.end()}};
+}
+
+}  // namespace
+
+namespace keys {
+constinit const std::span<const ParamSpec> kScene = kSceneTable;
+constinit const std::span<const ParamSpec> kSimulation = kSimulationTable;
+constinit const std::span<const ParamSpec> kGrid = kGridTable;
+constinit const std::span<const ParamSpec> kDomain = kDomainTable;
+constinit const std::span<const ParamSpec> kFaces = kFacesTable;
+constinit const std::span<const ParamSpec> kTransfer = kTransferTable;
+constinit const std::span<const ParamSpec> kMaterial = kMaterialTable;
+constinit const std::span<const ParamSpec> kBody = kBodyTable;
+constinit const std::span<const ParamSpec> kCollider = kColliderTable;
+constinit const std::span<const ParamSpec> kOutput = kOutputTable;
+constinit const std::span<const ParamSpec> kBox = kBoxTable;
+constinit const std::span<const ParamSpec> kSphere = kSphereTable;
+constinit const std::span<const ParamSpec> kCylinder = kCylinderTable;
+constinit const std::span<const ParamSpec> kPlane = kPlaneTable;
+constinit const std::span<const ParamSpec> kMesh = kMeshTable;
+}  // namespace keys
+
+std::vector<SectionDoc> scene_reference() {
+    return {
+        section("scene", "top level; all quantities in SI units, Y up", kSceneTable),
+        section("[simulation]", "duration, frames and time step", kSimulationTable),
+        section("[grid]", "background grid", kGridTable),
+        section("domain = { ... }", "in [grid]", kDomainTable),
+        section("faces = { ... }", "in a domain", kFacesTable),
+        section("[transfer]", "beside `type` (a transfer plugin) and the plugin's own keys", kTransferTable),
+        section("[material.NAME]", "one solid material", kMaterialTable),
+        section("{ from, to, start, end }", "a ramp, in place of a number that may vary per particle", kRampTable),
+        section("[[body]]", "one solid made of particles", kBodyTable),
+        section("[[collider]]", "one rigid obstacle", kColliderTable),
+        section("shape = { type = \"box\" }", "box along the axes", kBoxTable),
+        section("shape = { type = \"sphere\" }", "ball", kSphereTable),
+        section("shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
+        section("shape = { type = \"plane\" }", "half space below a plane; colliders only", kPlaneTable),
+        section("shape = { type = \"mesh\" }", "solid inside a mesh", kMeshTable),
+        section("[output]", "frames", kOutputTable),
+    };
+}
+
+}  // namespace perimpm

@@ -1,0 +1,150 @@
+#include "perimpm/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "perimpm/error.hpp"
+#include "scene/bodies.hpp"
+#include "scene/keys.hpp"
+#include "scene/models.hpp"
+#include "scene/vectors.hpp"
+
+namespace perimpm {
+namespace {
+
+const Value kEmptyTable{Value::Table{}, {}};
+
+const Value& section(const Reader& scene, const char* key) {
+    const Value* value = scene.value(key);
+    return value ? *value : kEmptyTable;
+}
+
+/// Comes before everything else, so that a scene of a later format is not judged by this format's keys.
+void require_known_format(const Value& tree) {
+    const Value* format = tree.find("format");
+    const auto* number = format ? std::get_if<std::int64_t>(&format->data) : nullptr;
+    if (number && *number != 1) {
+        throw InputError{format->place.text(),
+                         fmt::format("this perimpm reads scenes of format 1, got format {}", *number)};
+    }
+}
+
+SimulationSpec read_simulation(const Value& table) {
+    const Reader r{table, keys::kSimulation, "simulation"};
+    const bool is_auto = r.text("dt") == "auto";
+    const Value* dt = r.value("dt");
+    return {
+        .end_time = r.number("end_time"),
+        .frame_rate = r.number("frame_rate"),
+        .dt = is_auto ? std::nullopt : std::optional{r.number("dt")},
+        .safety = r.number("safety"),
+        .allow_unstable_dt = r.flag("allow_unstable_dt"),
+        .precision = r.text("precision") == "float" ? Precision::single_ : Precision::double_,
+        .gravity = vec3(r, "gravity", {0.0, -9.81, 0.0}),
+        .dt_place = dt ? dt->place : table.place,
+    };
+}
+
+Face face_of(const std::string& word) {
+    return word == "sticky" ? Face::sticky : word == "slip" ? Face::slip : word == "open" ? Face::open : Face::separate;
+}
+
+void read_faces(const Reader& domain, GridSpec& grid) {
+    const Value* given = domain.value("faces");
+    if (!given || !given->is_table()) {
+        std::fill(std::begin(grid.faces), std::end(grid.faces), face_of(domain.text("faces")));
+        return;
+    }
+    const Reader faces{*given, keys::kFaces, "grid.domain.faces"};
+    for (std::size_t i = 0; i < std::size(grid.faces); ++i) grid.faces[i] = face_of(faces.text(keys::kFaces[i].key));
+}
+
+GridSpec read_grid(const Value& table) {
+    const Reader r{table, keys::kGrid, "grid"};
+    GridSpec grid{.spacing = r.given("spacing") ? r.number("spacing") : 0.0,
+                  .bounded = r.given("domain"),
+                  .domain = {},
+                  .faces = {},
+                  .face_friction = 0.0};
+    if (!grid.bounded) return grid;
+    const Reader domain{*r.value("domain"), keys::kDomain, "grid.domain"};
+    grid.domain = require_box(domain);
+    grid.face_friction = domain.number("friction");
+    read_faces(domain, grid);
+    return grid;
+}
+
+std::vector<MaterialSpec> read_materials(const Value& table) {
+    std::vector<MaterialSpec> materials;
+    for (const auto& [name, value] : std::get<Value::Table>(table.data)) {
+        const std::string what = "material." + name;
+        const Reader r{value, keys::kMaterial, what};
+        MaterialSpec& material = materials.emplace_back();
+        material.name = name;
+        material.density = r.number("density");
+        material.law = read_model(*r.value("constitutive"), Family::constitutive, what + ".constitutive");
+        if (!r.given("fracture")) continue;
+        material.criterion = read_model(*r.value("fracture"), Family::fracture, what + ".fracture");
+    }
+    return materials;
+}
+
+std::vector<std::string> read_words(const Reader& r, const char* key, std::vector<std::string> fallback) {
+    const Value* value = r.value(key);
+    if (!value) return fallback;
+    std::vector<std::string> words;
+    for (const Value& element : std::get<Value::List>(value->data)) {
+        const auto* word = std::get_if<std::string>(&element.data);
+        if (!word)
+            throw InputError{element.place.text(),
+                             fmt::format("'{}' in {} must hold texts, got {}", key, r.what(), element.kind())};
+        if (std::find(words.begin(), words.end(), *word) != words.end()) {
+            throw InputError{element.place.text(), fmt::format("'{}' in {} names '{}' twice", key, r.what(), *word)};
+        }
+        words.push_back(*word);
+    }
+    return words;
+}
+
+OutputSpec read_output(const Value& table) {
+    static const std::vector<std::string> kFormats = {"hdf5"};
+    const Reader r{table, keys::kOutput, "output"};
+    OutputSpec output{read_words(r, "fields", {"x", "v", "id"}), read_words(r, "formats", kFormats)};
+    for (const std::string& format : output.formats) {
+        if (std::find(kFormats.begin(), kFormats.end(), format) != kFormats.end()) continue;
+        r.fail("formats", fmt::format("does not know '{}'\n  {}", format, suggestion(format, kFormats)));
+    }
+    const bool has_positions = std::find(output.fields.begin(), output.fields.end(), "x") != output.fields.end();
+    if (!output.formats.empty() && !has_positions) r.fail("fields", "must hold \"x\": frames need positions");
+    return output;
+}
+
+}  // namespace
+
+Scene read_scene(Value tree, const std::string& folder) {
+    set_path(tree, "");
+    require_known_format(tree);
+    const Reader r{tree, keys::kScene, "the scene"};
+    Scene scene;
+    scene.title = r.text("title");
+    scene.folder = folder;
+    scene.simulation = read_simulation(section(r, "simulation"));
+    scene.grid = read_grid(section(r, "grid"));
+    scene.output = read_output(section(r, "output"));
+    bool needs_grid = false;
+    scene.transfer = read_transfer(section(r, "transfer"), scene.grid.spacing, needs_grid);
+    if (needs_grid && scene.grid.spacing == 0.0) {
+        throw InputError{(r.given("grid") ? section(r, "grid") : tree).place.text(),
+                         fmt::format("missing key 'spacing' [m] in grid: the transfer '{}' works on a grid",
+                                     scene.transfer.model.type)};
+    }
+    scene.materials = read_materials(section(r, "material"));
+    scene.bodies = read_bodies(r, scene);
+    scene.colliders = read_colliders(r, folder);
+    scene.source = std::move(tree);
+    return scene;
+}
+
+}  // namespace perimpm

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include "perimpm/model/field.hpp"
+
+namespace perimpm {
+
+/// Zero-initialised numbers on a 64-byte boundary; not resizable in place, cheap to move.
+template <class T>
+class AlignedArray {
+public:
+    AlignedArray() = default;
+    explicit AlignedArray(std::size_t size) : size_{size} {
+        if (size == 0) return;
+        data_.reset(static_cast<T*>(::operator new(size * sizeof(T), kAlignment)));
+        std::memset(static_cast<void*>(data_.get()), 0, size * sizeof(T));
+    }
+    T* data() { return data_.get(); }
+    const T* data() const { return data_.get(); }
+    std::size_t size() const { return size_; }
+    std::size_t bytes() const { return size_ * sizeof(T); }
+    bool empty() const { return size_ == 0; }
+    T& operator[](std::size_t i) { return data_.get()[i]; }
+    const T& operator[](std::size_t i) const { return data_.get()[i]; }
+
+private:
+    static constexpr std::align_val_t kAlignment{64};
+    struct Delete {
+        void operator()(T* p) const { ::operator delete(static_cast<void*>(p), kAlignment); }
+    };
+    std::unique_ptr<T, Delete> data_;
+    std::size_t size_ = 0;
+};
+
+/// One field's storage: components apart, each on a 64-byte boundary, without holes between entries.
+template <class T>
+class FieldArray {
+public:
+    FieldArray() = default;
+    FieldArray(std::size_t entries, std::size_t components)
+        : stride_{(entries + kPad - 1) / kPad * kPad}, components_{components}, values_(stride_ * components) {}
+    Field<T> view() { return {values_.data(), stride_}; }
+    Field<const T> view() const { return {values_.data(), stride_}; }
+    T* operator[](std::size_t component) { return values_.data() + component * stride_; }
+    const T* operator[](std::size_t component) const { return values_.data() + component * stride_; }
+    std::size_t components() const { return components_; }
+    std::size_t bytes() const { return values_.bytes(); }
+    bool empty() const { return values_.empty(); }
+
+private:
+    static constexpr std::size_t kPad = 64 / sizeof(T);
+    std::size_t stride_ = 0, components_ = 0;
+    AlignedArray<T> values_;
+};
+
+}  // namespace perimpm

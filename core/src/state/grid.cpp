@@ -1,0 +1,78 @@
+#include "state/grid.hpp"
+
+#include <algorithm>
+
+#include "state/morton.hpp"
+
+namespace perimpm {
+
+template <class Real>
+void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment) {
+    blocks_.resize(keys.size());
+    keys_.clear();
+    const auto for_each_neighbour = [](const std::int32_t c[3], auto body) {
+        for (int n = 0; n < static_cast<int>(kNeighbours); ++n) {
+            const std::int32_t at[3] = {c[0] + n / 9 - 1, c[1] + n / 3 % 3 - 1, c[2] + n % 3 - 1};
+            body(n, morton(at));
+        }
+    };
+    for (std::size_t b = 0; b < keys.size(); ++b) {
+        morton_decode(keys[b], blocks_[b].coordinate);
+        for_each_neighbour(blocks_[b].coordinate, [&](int, std::uint64_t key) { keys_.push_back(key); });
+    }
+    std::sort(keys_.begin(), keys_.end());
+    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+
+    coordinates_.resize(3 * keys_.size());
+    for (std::size_t g = 0; g < keys_.size(); ++g) morton_decode(keys_[g], coordinates_.data() + 3 * g);
+    for (auto& set : colours_) set.clear();
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+        const std::int32_t* c = blocks_[b].coordinate;
+        for_each_neighbour(c, [&](int n, std::uint64_t key) {
+            blocks_[b].links[n] = static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
+        });
+        colours_[(c[0] & 1) | (c[1] & 1) << 1 | (c[2] & 1) << 2].push_back(static_cast<std::uint32_t>(b));
+    }
+    const std::size_t needed = keys_.size() * kBlockValues;
+    if (values_.size() < needed) values_ = AlignedArray<Real>(needed + needed / 4);
+    if (increment && increments_.size() < needed) increments_ = AlignedArray<Real>(needed + needed / 4);
+}
+
+/// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of three
+/// blocks. copy(tile offset, block, node offset, count), all in numbers.
+template <class Real>
+template <class Copy>
+void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const {
+    constexpr int shift = kBlockNodes - kTileOffset;  // node i of the tile is node (i + shift) of the 3-block span
+    for (int i = 0; i < kTileNodes; ++i)
+        for (int j = 0; j < kTileNodes; ++j) {
+            const int bi = (i + shift) / kBlockNodes, bj = (j + shift) / kBlockNodes;
+            const std::uint32_t* links = block.links + 9 * bi + 3 * bj;
+            const std::size_t row = 4 * (((i + shift) % kBlockNodes) * kBlockNodes + (j + shift) % kBlockNodes) * kBlockNodes;
+            const std::size_t tile = 4 * (i * kTileNodes + j) * kTileNodes;
+            copy(tile, links[0] * kBlockValues + row + 4 * shift, 4 * kTileOffset);
+            copy(tile + 4 * kTileOffset, links[1] * kBlockValues + row, 4 * kBlockNodes);
+            copy(tile + 4 * (kTileOffset + kBlockNodes), links[2] * kBlockValues + row, 4 * kTileOffset);
+        }
+}
+
+template <class Real>
+void BlockGrid<Real>::add_tile(const ParticleBlock& block, const Real* tile, bool second) {
+    Real* values = second ? increments_.data() : values_.data();
+    for_each_run(block, [&](std::size_t from, std::size_t to, int count) {
+        for (int n = 0; n < count; ++n) values[to + n] += tile[from + n];
+    });
+}
+
+template <class Real>
+void BlockGrid<Real>::load_tile(const ParticleBlock& block, Real* tile, bool second) const {
+    const Real* values = second ? increments_.data() : values_.data();
+    for_each_run(block, [&](std::size_t to, std::size_t from, int count) {
+        for (int n = 0; n < count; ++n) tile[to + n] = values[from + n];
+    });
+}
+
+template class BlockGrid<float>;
+template class BlockGrid<double>;
+
+}  // namespace perimpm

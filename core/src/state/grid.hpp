@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perimpm/model/transfer_kernel.hpp"
+#include "state/array.hpp"
+
+namespace perimpm {
+
+inline constexpr int kBlockNodes = 4;                    ///< nodes and cells along a block's edge
+inline constexpr int kNodesPerBlock = kBlockNodes * kBlockNodes * kBlockNodes;
+inline constexpr std::size_t kBlockValues = 4 * kNodesPerBlock;
+inline constexpr std::uint32_t kNeighbours = 27;
+
+/// A cubic block of cells that holds particles, and the grid blocks that its tile overlaps.
+struct ParticleBlock {
+    std::int32_t coordinate[3];                          ///< in blocks
+    std::uint32_t links[kNeighbours];                    ///< grid blocks at offsets -1, 0, 1, z fastest
+};
+
+/// Sparse grid: only blocks that some particle can reach exist. Nodes of a block: z fastest, four numbers each
+/// (momentum or velocity, mass). Layout and tiles as in TransferBlock.
+template <class Real>
+class BlockGrid {
+public:
+    /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles. Allocates
+    /// only when there are more blocks than ever before.
+    void rebuild(const std::vector<std::uint64_t>& keys, bool increment);
+
+    std::size_t size() const { return coordinates_.size() / 3; }
+    const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
+    /// Indices into particle_blocks() in eight sets whose tiles do not overlap within a set.
+    const std::vector<std::uint32_t>& colour(int c) const { return colours_[c]; }
+    const std::int32_t* coordinate(std::size_t block) const { return coordinates_.data() + 3 * block; }
+    Real* nodes(std::size_t block) { return values_.data() + block * kBlockValues; }
+    Real* increments(std::size_t block) { return increments_.data() + block * kBlockValues; }
+    std::size_t bytes() const { return values_.bytes() + increments_.bytes(); }
+
+    /// Adds a tile to the blocks it overlaps; `second`: the increments.
+    void add_tile(const ParticleBlock& block, const Real* tile, bool second);
+    void load_tile(const ParticleBlock& block, Real* tile, bool second) const;
+
+private:
+    template <class Copy>
+    void for_each_run(const ParticleBlock& block, Copy copy) const;
+
+    std::vector<ParticleBlock> blocks_;
+    std::vector<std::uint32_t> colours_[8];
+    std::vector<std::uint64_t> keys_;
+    std::vector<std::int32_t> coordinates_;
+    AlignedArray<Real> values_, increments_;
+};
+
+extern template class BlockGrid<float>;
+extern template class BlockGrid<double>;
+
+}  // namespace perimpm

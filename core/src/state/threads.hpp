@@ -1,0 +1,32 @@
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <cstddef>
+
+namespace perimpm {
+
+/// The simulation's own workers. Results never depend on their number: work is cut into fixed pieces, pieces that write
+/// to the same place are ordered by the caller, and sums are taken over pieces in order.
+class Threads {
+public:
+    explicit Threads(int count) : arena_(count > 0 ? count : tbb::task_arena::automatic) { arena_.initialize(); }
+    int count() const { return arena_.max_concurrency(); }
+    /// The calling worker's number, below count().
+    static int current() { return tbb::this_task_arena::current_thread_index(); }
+
+    /// Runs body(i) for i below n.
+    template <class Body>
+    void run(std::size_t n, const Body& body) {
+        if (n == 0) return;
+        arena_.execute([&] { tbb::parallel_for(std::size_t{0}, n, body); });
+    }
+    template <class Body>
+    void execute(const Body& body) { arena_.execute(body); }
+
+private:
+    tbb::task_arena arena_;
+};
+
+}  // namespace perimpm

@@ -1,0 +1,32 @@
+#include "step/world.hpp"
+
+namespace perimpm {
+
+/// A neighbour's position then costs one load.
+template <class Real>
+void pack_positions(World<Real>& w, Material<Real>& m) {
+    for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) {
+        for (std::uint32_t i = 0; i < b.size; ++i)
+            for (int c = 0; c < 3; ++c) m.position[4 * (b.first + i) + c] = b.x[c][i];
+    });
+}
+
+/// Bond laws: family quantities, then forces; each particle writes only its own.
+template <class Real>
+void compute_bond_forces(World<Real>& w) {
+    for (Material<Real>& m : w.materials) {
+        if (!m.has_bonds()) continue;
+        w.timer("bond forces", [&] {
+            pack_positions(w, m);
+            if (m.needs.prepare) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
+            for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->evaluate(b, static_cast<Real>(w.dt)); });
+        });
+    }
+}
+
+template void pack_positions(World<float>&, Material<float>&);
+template void pack_positions(World<double>&, Material<double>&);
+template void compute_bond_forces(World<float>&);
+template void compute_bond_forces(World<double>&);
+
+}  // namespace perimpm

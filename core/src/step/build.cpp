@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "perimpm/error.hpp"
+#include "state/morton.hpp"
+#include "step/sampling.hpp"
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+template <template <class> class Interface, class Real>
+ModelPtr<Interface, Real> create_model(const ModelSpec& spec, const ModelContext& context) {
+    const Reader& reader = *spec.params;
+    try {
+        return create<Interface, Real>(spec.type, Params(reader.specs().data(), reader.values().data(),
+                                                         static_cast<std::uint32_t>(reader.specs().size()), context));
+    } catch (const InvalidParameter& e) {
+        reader.fail(e.key().c_str(), e.what());
+    }
+}
+
+template <class Real>
+void create_transfer(World<Real>& w) {
+    w.transfer = create_model<TransferKernel, Real>(w.scene.transfer.model, {.grid_spacing = w.spacing()});
+    w.transfer_needs = w.transfer->needs();
+    if (!w.transfer_needs.grid) w.integrator = dynamic_cast<ParticleIntegrator<Real>*>(w.transfer.get());
+}
+
+/// The spacing that horizons are counted in: one per material of a bond law.
+double common_spacing(const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
+    for (const BodySample& body : bodies)
+        if (std::abs(body.spacing - bodies.front().spacing) > 1e-9 * body.spacing)
+            throw InputError(body.spec->source.place.text(),
+                             fmt::format("particle spacing {:g} m differs from {:g} m of another body of material '{}': bond laws count their horizon in "
+                                         "spacings; use one material per spacing", body.spacing, bodies.front().spacing, spec.name));
+    return bodies.front().spacing;
+}
+
+template <class Real>
+void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
+    ModelContext context{.density = spec.density, .particle_spacing = bodies.front().spacing, .grid_spacing = w.spacing()};
+    m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density;
+    m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
+    m.needs = m.law->needs();
+    if (m.needs.bonds) common_spacing(spec, bodies);
+    if (!m.needs.bonds && !w.transfer_needs.grid)
+        throw InputError(spec.law.source.place.text(),
+                         fmt::format("law '{}' needs a deformation gradient, which transfer '{}' does not provide: use a grid transfer (apic, flip, pic) "
+                                     "or a bond law", spec.law.type, w.scene.transfer.model.type));
+    if (!spec.criterion.params) return;
+    if (!m.needs.bonds)
+        throw InputError(spec.criterion.source.place.text(), fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
+                                                                         spec.criterion.type, spec.law.type, spec.name));
+    m.criterion_name = spec.criterion.type;
+    m.criterion = create_model<FractureCriterion, Real>(spec.criterion, context);
+}
+
+/// Parameters given as a ramp over space get one value per particle.
+template <class Real>
+void create_varying(Material<Real>& m, const MaterialSpec& spec, const std::vector<Vec3>& X) {
+    for (const ParamSpec& param : spec.law.params->specs()) {
+        if (!param.per_particle) continue;
+        auto& [declared, values] = m.varying.emplace_back(&param, AlignedArray<Real>());
+        const std::optional<Ramp> ramp = spec.law.params->ramp(param.key);
+        if (!ramp) continue;
+        values = AlignedArray<Real>(m.size);
+        for (std::size_t p = 0; p < m.size; ++p) values[p] = static_cast<Real>(value_at(*ramp, X[p]));
+    }
+}
+
+template <class Real>
+void create_fields(World<Real>& w, Material<Real>& m) {
+    if (m.needs.deformation_gradient) {
+        m.F = FieldArray<Real>(m.size, 9);
+        for (int c = 0; c < 9; c += 4) std::fill_n(m.F[c], m.size, Real(1));
+    }
+    for (std::uint32_t k = 0; k < m.needs.particle_state.size; ++k) {
+        const FieldSpec& spec = m.needs.particle_state.data[k];
+        m.particle_state.push_back({spec, FieldArray<Real>(m.size, spec.components)});
+        for (std::uint32_t c = 0; c < spec.components; ++c) std::fill_n(m.particle_state.back().values[c], m.size, static_cast<Real>(spec.initial));
+    }
+    if (!m.has_bonds()) return;
+    m.force = FieldArray<Real>(m.size, 3);
+    m.position = AlignedArray<Real>(4 * m.size), m.reference = AlignedArray<Real>(4 * m.size);
+    for (std::size_t p = 0; p < m.size; ++p)
+        for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];
+    if (w.transfer_needs.grid) m.order = AlignedArray<std::uint32_t>(m.size);
+    for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {
+        const FieldSpec& spec = m.needs.bond_state.data[k];
+        m.bond_state.emplace_back(m.bonds.size());
+        std::fill_n(m.bond_state.back().data(), m.bonds.size(), static_cast<Real>(spec.initial));
+    }
+    for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
+        for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
+}
+
+template <class Real>
+void create_candidate_buffers(World<Real>& w) {
+    std::size_t longest = 0;
+    for (Material<Real>& m : w.materials) {
+        if (!m.criterion) continue;
+        m.found.resize(m.chunks());
+        for (std::size_t c = 0; c < m.chunks(); ++c)
+            longest = std::max<std::size_t>(longest, m.bonds.row[std::min<std::size_t>(m.size, (c + 1) * kChunk)] - m.bonds.row[c * kChunk]);
+    }
+    for (Scratch<Real>& s : w.scratch) s.candidates = AlignedArray<BondCandidate>(longest);
+}
+
+}  // namespace
+
+template <class Real>
+void build_world(World<Real>& w) {
+    create_transfer(w);
+    std::vector<BodySample> samples = sample_bodies(w.scene);
+    w.body_begin.push_back(0);
+    for (const BodySample& s : samples) w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
+    w.count = w.body_begin.back();
+    w.x = FieldArray<Real>(w.count, 3), w.v = FieldArray<Real>(w.count, 3);
+    if (w.transfer_needs.affine) w.C = FieldArray<Real>(w.count, 9);
+    w.mass = AlignedArray<Real>(w.count), w.volume = AlignedArray<Real>(w.count), w.id = AlignedArray<std::uint32_t>(w.count);
+    w.scratch.resize(static_cast<std::size_t>(w.threads.count()));
+
+    std::size_t at = 0;
+    for (std::uint32_t k = 0; k < w.scene.materials.size(); ++k) {
+        const MaterialSpec& spec = w.scene.materials[k];
+        std::vector<BodySample> bodies;
+        for (const BodySample& s : samples)
+            if (s.spec->material == k) bodies.push_back(s);
+        if (bodies.empty()) continue;
+        Material<Real>& m = w.materials.emplace_back();
+        create_models(w, m, spec, bodies);
+        m.begin = at;
+        std::vector<Vec3> X;
+        std::vector<std::size_t> begins{0};
+        for (const BodySample& body : bodies) {
+            const std::uint32_t first_id = w.body_begin[static_cast<std::size_t>(body.spec - w.scene.bodies.data())];
+            for (const std::uint32_t p : morton_order(body.points, body.spacing)) {
+                const Vec3& x = body.points[p];
+                const Vec3 v = body.spec->velocity + body.spec->angular_velocity.cross(x - body.center);
+                for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
+                w.volume[at] = static_cast<Real>(body.particle_volume);
+                w.mass[at] = static_cast<Real>(spec.density * body.particle_volume);
+                w.id[at++] = first_id + p;
+                w.max_speed = std::max(w.max_speed, v.norm());
+                X.push_back(x);
+            }
+            begins.push_back(X.size());
+        }
+        m.size = at - m.begin;
+        if (m.has_bonds()) m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr);
+        create_varying(m, spec, X);
+        create_fields(w, m);
+    }
+    for (const ColliderSpec& c : w.scene.colliders)
+        w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing));
+    create_candidate_buffers(w);
+    measure_bounds(w);
+    w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
+    if (w.transfer_needs.grid) sort_particles(w);
+}
+
+template void build_world(World<float>&);
+template void build_world(World<double>&);
+
+}  // namespace perimpm

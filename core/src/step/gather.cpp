@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "perimpm/error.hpp"
+#include "step/transfer.hpp"
+
+namespace perimpm {
+
+namespace {
+
+template <class Real>
+void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t first) {
+    for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
+        for (int c = 0; c < 3; ++c) b.x[c][to] = w.x[c][m.begin + from], b.v[c][to] = w.v[c][m.begin + from];
+    });
+}
+
+template <class Real>
+void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std::size_t first) {
+    for_each_placed(m, first, b.size, [&](std::size_t from, std::size_t to) {
+        const std::size_t at = m.begin + to;
+        for (int c = 0; c < 3; ++c) w.x[c][at] = b.x[c][from], w.v[c][at] = b.v[c][from];
+        for (std::size_t c = 0; b.C && c < 9; ++c) w.C[c][at] = b.C[c][from];
+    });
+}
+
+}  // namespace
+
+/// Grid velocities back to the particles, which move with them. Also finds the largest speed, and any that is not finite.
+template <class Real>
+void gather(World<Real>& w) {
+    const std::size_t blocks = w.grid.particle_blocks().size();
+    w.partial.resize(std::max(w.partial.size(), blocks));
+    w.threads.run(blocks, [&](std::size_t index) {
+        const ParticleBlock& block = w.grid.particle_blocks()[index];
+        Scratch<Real>& s = w.own_scratch();
+        w.grid.load_tile(block, s.tile.data(), false);
+        if (w.transfer_needs.increment) w.grid.load_tile(block, s.increment.data(), true);
+        double fastest2 = 0;
+        for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
+            TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
+            if (m.has_bonds()) pack(w, m, b, first);
+            w.transfer->gather(b);
+            if (m.has_bonds()) unpack(w, m, b, first);
+            fastest2 = std::isfinite(b.sum2) ? std::max(fastest2, static_cast<double>(b.fastest2)) : std::nan("");
+        });
+        w.partial[index] = fastest2;
+    });
+    double fastest2 = 0;
+    for (std::size_t b = 0; b < blocks; ++b) {
+        if (std::isnan(w.partial[b]))
+            throw SimulationError(fmt::format("velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
+                                              "lower simulation.safety or dt, or check the material's parameters", w.steps + 1, w.time, w.dt));
+        fastest2 = std::max(fastest2, w.partial[b]);
+    }
+    w.max_speed = std::sqrt(fastest2);
+    w.drift += w.dt * w.max_speed;
+}
+
+template void gather(World<float>&);
+template void gather(World<double>&);
+
+}  // namespace perimpm

@@ -1,0 +1,91 @@
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+constexpr double kOnFace = 1e-6;  ///< nodes this near to a face, in cells, lie on it
+
+/// Which obstacles can touch a block of nodes.
+struct Near {
+    std::vector<const Collider*> colliders;
+    bool faces;
+};
+
+Contact contact_of(Face face) {
+    return face == Face::sticky ? Contact::sticky : face == Face::slip ? Contact::slip : Contact::separate;
+}
+
+Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v) {
+    const double tolerance = kOnFace * grid.spacing;
+    for (int f = 0; f < 6; ++f) {
+        if (grid.faces[f] == Face::open) continue;
+        const int axis = f / 2;
+        const bool upper = f % 2;
+        const bool outside = upper ? x[axis] >= grid.domain.max()[axis] - tolerance : x[axis] <= grid.domain.min()[axis] + tolerance;
+        if (outside) v = resolve_contact(v, Vec3::Unit(axis) * (upper ? -1.0 : 1.0), contact_of(grid.faces[f]), grid.face_friction);
+    }
+    return v;
+}
+
+template <class Real>
+void update_block(World<Real>& w, std::size_t g, const Near& near) {
+    const double dx = w.spacing();
+    const std::int32_t* coordinate = w.grid.coordinate(g);
+    const Real gravity[3] = {static_cast<Real>(w.dt * w.scene.simulation.gravity[0]), static_cast<Real>(w.dt * w.scene.simulation.gravity[1]),
+                             static_cast<Real>(w.dt * w.scene.simulation.gravity[2])};
+    Real* node = w.grid.nodes(g);
+    Real* increment = w.transfer_needs.increment ? w.grid.increments(g) : nullptr;
+    const bool obstacles = near.faces || !near.colliders.empty();
+    for (int n = 0; n < kNodesPerBlock; ++n, node += 4) {
+        const Real mass = node[3];
+        if (!(mass > 0)) continue;
+        for (int c = 0; c < 3; ++c) {
+            node[c] /= mass;
+            if (increment) {
+                const Real impulse = increment[4 * n + c] / mass;
+                increment[4 * n + c] = node[c];  // the velocity before forces
+                node[c] += impulse;
+            }
+            node[c] += gravity[c];
+        }
+        if (!obstacles) continue;
+        const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4), dx * (kBlockNodes * coordinate[2] + n % 4));
+        Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
+        for (const Collider* collider : near.colliders)
+            if (collider->signed_distance(x) <= 0) v = collider->resolve(x, v);
+        if (near.faces) v = apply_faces(w.scene.grid, x, v);
+        for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
+    }
+}
+
+template <class Real>
+void find_near(const World<Real>& w, std::size_t g, Near& near) {
+    const std::int32_t* c = w.grid.coordinate(g);
+    const double dx = w.spacing(), span = dx * (kBlockNodes - 1);
+    const Vec3 low = kBlockNodes * dx * Vec3(c[0], c[1], c[2]), high = low + Vec3::Constant(span);
+    const GridSpec& grid = w.scene.grid;
+    near.faces = grid.bounded && ((low - grid.domain.min()).minCoeff() <= kOnFace * dx || (grid.domain.max() - high).minCoeff() <= kOnFace * dx);
+    near.colliders.clear();
+    const double reach = 0.5 * std::sqrt(3.0) * span;
+    for (const Collider& collider : w.colliders)
+        if (collider.signed_distance(0.5 * (low + high)) <= reach) near.colliders.push_back(&collider);
+}
+
+}  // namespace
+
+/// Momentum to velocity, external forces, then colliders and the domain's faces.
+template <class Real>
+void update_grid(World<Real>& w) {
+    for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);
+    w.threads.run(w.grid.size(), [&](std::size_t g) {
+        static thread_local Near near;
+        find_near(w, g, near);
+        update_block(w, g, near);
+    });
+}
+
+template void update_grid(World<float>&);
+template void update_grid(World<double>&);
+
+}  // namespace perimpm

@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "perimpm/error.hpp"
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+template <class Real>
+TransferBlock<Real> particles_of(World<Real>& w, Material<Real>& m, const Block<Real>& b) {
+    TransferBlock<Real> t;
+    t.size = b.size;
+    t.dt = static_cast<Real>(w.dt);
+    t.x = w.x.view().from(m.begin + b.first), t.v = w.v.view().from(m.begin + b.first);
+    t.force = b.force;
+    t.mass = b.mass, t.volume = b.volume;
+    return t;
+}
+
+template <class Real>
+void kick(World<Real>& w) {
+    Real gravity[3];
+    for (int c = 0; c < 3; ++c) gravity[c] = static_cast<Real>(w.scene.simulation.gravity[c]);
+    for (Material<Real>& m : w.materials) {
+        const double fastest2 = reduce_chunks(w, m, 0.0, [&](Block<Real>& b) {
+            TransferBlock<Real> t = particles_of(w, m, b);
+            w.integrator->kick(t, gravity);
+            double largest = 0, sum = 0;
+            for (std::uint32_t i = 0; i < b.size; ++i) {
+                double speed2 = 0;
+                for (int c = 0; c < 3; ++c) speed2 += static_cast<double>(t.v[c][i]) * static_cast<double>(t.v[c][i]);
+                largest = std::max(largest, speed2);
+                sum += speed2;
+            }
+            return std::isfinite(sum) ? largest : std::nan("");
+        }, [](double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); });
+        if (std::isnan(fastest2))
+            throw SimulationError(fmt::format("velocities of material '{}' are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is "
+                                              "unstable; lower simulation.safety or dt", m.name, w.steps + 1, w.time, w.dt));
+    }
+}
+
+}  // namespace
+
+/// Without a grid: velocity Verlet with the forces of the step before.
+template <class Real>
+void integrate_particles(World<Real>& w) {
+    for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);
+    if (!w.forces_known) compute_bond_forces(w);
+    w.timer("kick and drift", [&] { kick(w); });
+    if (!w.colliders.empty()) w.timer("particle collisions", [&] { collide_particles(w); });
+    w.timer("kick and drift", [&] {
+        for (Material<Real>& m : w.materials)
+            for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) {
+                TransferBlock<Real> t = particles_of(w, m, b);
+                w.integrator->drift(t);
+            });
+    });
+    compute_bond_forces(w);
+    w.forces_known = true;
+    w.timer("kick and drift", [&] { kick(w); });
+}
+
+template void integrate_particles(World<float>&);
+template void integrate_particles(World<double>&);
+
+}  // namespace perimpm

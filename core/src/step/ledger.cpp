@@ -1,0 +1,53 @@
+#include "perimpm/math/bspline.hpp"
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+/// Spin that a particle's affine velocity field carries: m D e_ijk C_kj (Jiang et al. 2015, section 5.3.1). D depends on
+/// the position for linear splines: f (1 - f) dx^2 along each axis.
+template <class Real>
+Vec3 affine_spin(const World<Real>& w, std::size_t p) {
+    const double dx = w.spacing();
+    const auto C = [&](int r, int c) { return static_cast<double>(w.C[3 * r + c][p]); };
+    Vec3 D = Vec3::Constant(dx * dx * (w.transfer_needs.order == 2 ? kSecondMoment<2> : kSecondMoment<3>));
+    for (int c = 0; w.transfer_needs.order == 1 && c < 3; ++c) {
+        const double u = static_cast<double>(w.x[c][p]) / dx, f = u - std::floor(u);
+        D[c] = dx * dx * f * (1 - f);
+    }
+    return static_cast<double>(w.mass[p]) * Vec3(D[1] * C(2, 1) - D[2] * C(1, 2), D[2] * C(0, 2) - D[0] * C(2, 0), D[0] * C(1, 0) - D[1] * C(0, 1));
+}
+
+}  // namespace
+
+template <class Real>
+Ledger take_ledger(World<Real>& w) {
+    Ledger l{};
+    l.time = w.time;
+    Vec3 momentum = Vec3::Zero(), spin = Vec3::Zero();
+    for (std::size_t p = 0; p < w.count; ++p) {
+        const Vec3 x(static_cast<double>(w.x[0][p]), static_cast<double>(w.x[1][p]), static_cast<double>(w.x[2][p]));
+        const Vec3 v(static_cast<double>(w.v[0][p]), static_cast<double>(w.v[1][p]), static_cast<double>(w.v[2][p]));
+        const double m = static_cast<double>(w.mass[p]);
+        l.kinetic += 0.5 * m * v.squaredNorm();
+        l.potential -= m * w.scene.simulation.gravity.dot(x);
+        momentum += m * v;
+        spin += m * x.cross(v);
+        if (w.transfer_needs.affine) spin += affine_spin(w, p);
+    }
+    for (int c = 0; c < 3; ++c) l.momentum[c] = momentum[c], l.angular_momentum[c] = spin[c];
+    for (Material<Real>& m : w.materials) {
+        if (m.has_bonds()) {
+            pack_positions(w, m);
+            if (m.needs.prepare) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
+        }
+        l.elastic = reduce_chunks(w, m, l.elastic, [&](Block<Real>& b) { return m.law->energy(b); }, [](double a, double b) { return a + b; });
+    }
+    return l;
+}
+
+template Ledger take_ledger(World<float>&);
+template Ledger take_ledger(World<double>&);
+
+}  // namespace perimpm

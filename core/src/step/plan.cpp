@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+template <class Real>
+class Planner {
+public:
+    explicit Planner(World<Real>& w) : w_{w} {
+        for (Material<Real>& m : w.materials) {
+            (m.has_bonds() ? bond_laws_ : local_laws_).push_back(m.law_name);
+            if (m.criterion) criteria_.push_back(m.criterion_name);
+        }
+    }
+
+    Plan make() {
+        plan_.dt = w_.dt, plan_.particles = w_.count;
+        plan_.libraries = opened_plugins();
+        if (w_.transfer_needs.grid) add_grid_passes();
+        else add_particle_passes();
+        if (!criteria_.empty()) pass("fracture", {"x", "bonds"}, {"broken bonds"}, criteria_);
+        add_arrays();
+        add_materials();
+        add_bounds();
+        add_skipped();
+        return std::move(plan_);
+    }
+
+private:
+    using Names = std::vector<std::string>;
+
+    void pass(std::string name, Names reads, Names writes, Names models = {}) {
+        std::sort(models.begin(), models.end());
+        models.erase(std::unique(models.begin(), models.end()), models.end());
+        plan_.passes.push_back({std::move(name), std::move(reads), std::move(writes), fmt::format("{}", fmt::join(models, ", "))});
+    }
+    void add_bond_pass() {
+        if (!bond_laws_.empty()) pass("bond forces", {"x", "bonds"}, {"force"}, bond_laws_);
+    }
+    void add_grid_passes() {
+        const bool local = !local_laws_.empty(), bonds = !bond_laws_.empty(), affine = w_.transfer_needs.affine;
+        pass("sort (when particles moved half a cell)", {"x"}, {"order"});
+        add_bond_pass();
+        Names reads{"x", "v", "mass"}, models = local_laws_;
+        if (affine) reads.push_back("C");
+        if (local) reads.insert(reads.end(), {"F", "volume"});
+        if (bonds) reads.push_back("force");
+        models.push_back(w_.scene.transfer.model.type);
+        pass(local ? "stress and scatter" : "scatter", reads, {"grid"}, models);
+        pass("grid update", {"grid"}, {"grid"});
+        Names writes{"x", "v"};
+        if (affine) writes.push_back("C");
+        if (local) writes.push_back("F");
+        pass("gather", {"grid", "x"}, writes, {w_.scene.transfer.model.type});
+        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
+    }
+    void add_particle_passes() {
+        pass("kick and drift", {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.model.type});
+        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
+        add_bond_pass();
+    }
+
+    void array(std::string name, std::size_t bytes) {
+        if (bytes > 0) plan_.arrays.push_back({std::move(name), bytes});
+    }
+    void add_arrays() {
+        array("x", w_.x.bytes()), array("v", w_.v.bytes()), array("C", w_.C.bytes());
+        array("mass", w_.mass.bytes()), array("volume", w_.volume.bytes()), array("id", w_.id.bytes());
+        for (Material<Real>& m : w_.materials) {
+            const auto own = [&](const std::string& name, std::size_t bytes) { array(m.name + "." + name, bytes); };
+            own("F", m.F.bytes()), own("force", m.force.bytes());
+            own("positions by four", m.position.bytes() + m.reference.bytes());
+            own("grid order", m.order.bytes());
+            own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
+            own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes());
+            for (StateField<Real>& s : m.particle_state) own(s.spec.name, s.values.bytes());
+            for (std::size_t k = 0; k < m.bond_state.size(); ++k)
+                own(fmt::format("bonds.{}", m.needs.bond_state.data[k].name), m.bond_state[k].bytes());
+            for (auto& [spec, values] : m.varying) own(spec->key, values.bytes());
+        }
+        array("grid", w_.grid.bytes());
+    }
+    void add_materials() {
+        for (Material<Real>& m : w_.materials) {
+            const EffectiveModuli moduli = m.law->moduli();
+            const double speed = reduce_chunks(w_, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                                               [](double a, double b) { return std::max(a, b); });
+            plan_.materials.push_back({m.name, m.law_name, m.criterion_name, m.size, m.bonds.size(), moduli.youngs_modulus, moduli.poisson_ratio, speed});
+        }
+    }
+    void add_bounds() {
+        const std::string& type = w_.scene.transfer.model.type;
+        if (!w_.transfer_needs.grid) {
+            plan_.bounds.push_back({fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), w_.particle_bound});
+            return;
+        }
+        for (const Plan::Material& m : plan_.materials)
+            plan_.bounds.push_back({fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,
+                                                w_.transfer_needs.courant, m.wave_speed, w_.max_speed),
+                                    w_.transfer_needs.courant * w_.spacing() / (m.wave_speed + w_.max_speed)});
+    }
+    void skip(std::string what, std::string why) { plan_.skipped.push_back({std::move(what), std::move(why)}); }
+    void add_skipped() {
+        const Scene& s = w_.scene;
+        if (bond_laws_.empty()) skip("bond families and bond forces", "no law of this scene asks for bonds");
+        if (local_laws_.empty()) skip("deformation gradient F and stress (no SVD)", "no law of this scene asks for F");
+        if (criteria_.empty()) skip("fracture pass and bond flags", "no material has a fracture criterion");
+        if (s.colliders.empty()) skip("collider passes", "the scene has no colliders");
+        if (!w_.transfer_needs.grid) skip("grid, sort, scatter and gather", fmt::format("transfer '{}' moves particles directly", s.transfer.model.type));
+        else if (!w_.transfer_needs.affine) skip("affine velocity C", fmt::format("transfer '{}' does not use it", s.transfer.model.type));
+        if (w_.transfer_needs.grid && !w_.transfer_needs.increment) skip("velocities before forces on the grid", fmt::format("transfer '{}' does not use them", s.transfer.model.type));
+        const auto opened = [&](const char* name) { return std::find(plan_.libraries.begin(), plan_.libraries.end(), name) != plan_.libraries.end(); };
+        if (!opened("module/mesh")) skip("mesh import and level sets (assimp, OpenVDB)", "no shape of this scene is a mesh");
+    }
+
+    World<Real>& w_;
+    Names local_laws_, bond_laws_, criteria_;
+    Plan plan_;
+};
+
+}  // namespace
+
+template <class Real>
+Plan make_plan(World<Real>& w) {
+    return Planner<Real>(w).make();
+}
+
+template Plan make_plan(World<float>&);
+template Plan make_plan(World<double>&);
+
+}  // namespace perimpm

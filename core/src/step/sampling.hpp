@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "perimpm/scene/scene.hpp"
+
+namespace perimpm {
+
+/// The particles of one body before they become state.
+struct BodySample {
+    const BodySpec* spec;
+    std::vector<Vec3> points;
+    Vec3 center;             ///< centre of mass [m]
+    double spacing;          ///< lattice spacing h, or the same number density's [m]
+    double particle_volume;  ///< [m^3]
+};
+
+/// Samples every body of the scene. Throws InputError: a shape without any particle, particles outside the domain.
+std::vector<BodySample> sample_bodies(const Scene& scene);
+
+/// Indices of the points along a Z-order curve with cells of `width`.
+std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points, double width);
+
+/// Value of a ramp at a point: linear between its two points, constant beyond them.
+double value_at(const Ramp& ramp, const Vec3& x);
+
+}  // namespace perimpm

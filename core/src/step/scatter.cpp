@@ -1,0 +1,71 @@
+#include <algorithm>
+
+#include "step/transfer.hpp"
+
+namespace perimpm {
+
+namespace {
+
+/// Brings what the kernel reads of a bond law's particles into grid order.
+template <class Real>
+void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t first) {
+    Scratch<Real>& s = w.own_scratch();
+    b.force = s.force.view();
+    for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
+        const std::size_t at = m.begin + from;
+        for (int c = 0; c < 3; ++c) {
+            s.x[c][to] = w.x[c][at];
+            s.v[c][to] = w.v[c][at];
+            s.force[c][to] = m.force[c][from];
+        }
+        for (std::size_t c = 0; b.C && c < 9; ++c) s.C[c][to] = w.C[c][at];
+        s.mass[to] = w.mass[at];
+    });
+}
+
+template <class Real>
+void scatter_block(World<Real>& w, std::size_t index) {
+    const ParticleBlock& block = w.grid.particle_blocks()[index];
+    Scratch<Real>& s = w.own_scratch();
+    std::fill_n(s.tile.data(), s.tile.size(), Real(0));
+    if (w.transfer_needs.increment) std::fill_n(s.increment.data(), s.increment.size(), Real(0));
+    for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
+        TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
+        if (m.has_bonds()) {
+            pack(w, m, b, first);
+        } else {
+            Block<Real> law = make_block(w, m, first, size);
+            law.tau = s.tau.view();
+            m.law->evaluate(law, b.dt);
+            b.tau = law.tau;
+        }
+        w.transfer->scatter(b);
+    });
+    w.grid.add_tile(block, s.tile.data(), false);
+    if (w.transfer_needs.increment) w.grid.add_tile(block, s.increment.data(), true);
+}
+
+}  // namespace
+
+/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Blocks of one colour
+/// write to different nodes, so nothing is atomic and the sums have a fixed order.
+template <class Real>
+void scatter(World<Real>& w) {
+    w.timer("clear grid", [&] {
+        w.threads.run(w.grid.size(), [&](std::size_t g) {
+            std::fill_n(w.grid.nodes(g), kBlockValues, Real(0));
+            if (w.transfer_needs.increment) std::fill_n(w.grid.increments(g), kBlockValues, Real(0));
+        });
+    });
+    w.timer("stress and scatter", [&] {
+        for (int colour = 0; colour < 8; ++colour) {
+            const std::vector<std::uint32_t>& blocks = w.grid.colour(colour);
+            w.threads.run(blocks.size(), [&](std::size_t i) { scatter_block(w, blocks[i]); });
+        }
+    });
+}
+
+template void scatter(World<float>&);
+template void scatter(World<double>&);
+
+}  // namespace perimpm

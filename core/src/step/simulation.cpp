@@ -1,0 +1,105 @@
+#include "perimpm/step/simulation.hpp"
+
+#include "perimpm/error.hpp"
+#include "step/world.hpp"
+
+namespace perimpm {
+
+class Simulation::Engine {
+public:
+    virtual ~Engine() = default;
+    virtual double step(double longest) = 0;
+    virtual const Scene& scene() const = 0;
+    virtual Ledger ledger() = 0;
+    virtual std::vector<FieldView> fields(const std::string& material) = 0;
+    virtual Frame frame(std::uint32_t number) = 0;
+    virtual void positions_changed() = 0;
+    virtual double time() const = 0;
+    virtual std::uint64_t steps() const = 0;
+    virtual std::uint64_t generation() const = 0;
+    virtual const std::vector<PassTime>& pass_times() const = 0;
+    Plan plan;
+};
+
+template <class Real>
+class Simulation::EngineOf final : public Simulation::Engine {
+public:
+    EngineOf(Scene scene, int threads) : w_{std::move(scene), threads} {
+        build_world(w_);
+        plan = make_plan(w_);
+        make_frame(w_, 1);  // refuses output fields that this scene does not have
+    }
+
+    /// One step of the method; the numbers are those of the paper's list (section 3).
+    double step(double longest) override {
+        w_.dt = choose_time_step(w_, longest);
+        if (w_.transfer_needs.grid) grid_step();
+        else integrate_particles(w_);
+        if (has_criterion()) w_.timer("fracture", [&] { fracture(w_); });                              // 7
+        w_.time += w_.dt;
+        ++w_.steps;
+        return w_.dt;
+    }
+
+    const Scene& scene() const override { return w_.scene; }
+    Ledger ledger() override { return take_ledger(w_); }
+    std::vector<FieldView> fields(const std::string& material) override { return list_fields(w_, material); }
+    Frame frame(std::uint32_t number) override { return make_frame(w_, number); }
+    void positions_changed() override { w_.drift = w_.spacing(), w_.forces_known = false; }
+    double time() const override { return w_.time; }
+    std::uint64_t steps() const override { return w_.steps; }
+    std::uint64_t generation() const override { return w_.generation; }
+    const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
+
+private:
+    static constexpr double kMargin = 0.499;  ///< cells that particles may move before their stencils can leave their tiles
+
+    void grid_step() {
+        if (w_.drift > kMargin * w_.spacing()) w_.timer("sort", [&] { sort_particles(w_); });
+        compute_bond_forces(w_);
+        scatter(w_);                                                                                   // 1, 2
+        w_.timer("grid update", [&] { update_grid(w_); });                                             // 3, 4
+        w_.timer("gather", [&] { gather(w_); });                                                       // 5
+        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });    // 6
+    }
+    bool has_criterion() const {
+        for (const Material<Real>& m : w_.materials)
+            if (m.criterion) return true;
+        return false;
+    }
+
+    World<Real> w_;
+};
+
+Simulation::Simulation(Scene scene, int threads) {
+    if (scene.simulation.precision == Precision::double_) engine_ = std::make_unique<EngineOf<double>>(std::move(scene), threads);
+    else engine_ = std::make_unique<EngineOf<float>>(std::move(scene), threads);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+double Simulation::step(double longest) { return engine_->step(longest); }
+double Simulation::time() const { return engine_->time(); }
+std::uint64_t Simulation::steps() const { return engine_->steps(); }
+std::uint64_t Simulation::particle_count() const { return engine_->plan.particles; }
+const Scene& Simulation::scene() const { return engine_->scene(); }
+const Plan& Simulation::plan() const { return engine_->plan; }
+Ledger Simulation::ledger() const { return engine_->ledger(); }
+std::vector<PassTime> Simulation::pass_times() const { return engine_->pass_times(); }
+std::uint64_t Simulation::generation() const { return engine_->generation(); }
+void Simulation::positions_changed() { engine_->positions_changed(); }
+Frame Simulation::frame(std::uint32_t number) const { return engine_->frame(number); }
+
+std::vector<std::string> Simulation::fields(const std::string& material) const {
+    std::vector<std::string> names;
+    for (const FieldView& v : engine_->fields(material)) names.push_back(v.name);
+    return names;
+}
+
+FieldView Simulation::field(const std::string& name, const std::string& material) const {
+    for (const FieldView& v : engine_->fields(material))
+        if (v.name == name) return v;
+    throw InputError("no field '" + name + "'" + (material.empty() ? "" : " in material '" + material + "'") + "\n  " + suggestion(name, fields(material)));
+}
+
+}  // namespace perimpm

@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "perimpm/error.hpp"
+#include "step/world.hpp"
+
+namespace perimpm {
+
+namespace {
+
+constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
+
+template <class Real>
+double fastest_motion(const World<Real>& w) {
+    double speed = w.max_speed;
+    for (const Collider& collider : w.colliders) speed = std::max(speed, collider.max_speed());
+    return speed;
+}
+
+template <class Real>
+std::string excess_message(const World<Real>& w, double dt, double bound) {
+    const std::string why = w.transfer_needs.grid
+        ? fmt::format("{:g} dx / (c + |v|) with dx = {:g} m, wave speed c = {:g} m/s, |v| = {:g} m/s", w.transfer_needs.courant, w.spacing(),
+                      w.wave_speed, fastest_motion(w))
+        : std::string("the laws' bond bound");
+    return fmt::format("dt = {:g} s is above the stable step {:g} s ({}); use dt = \"auto\", at most {:.3g}, or allow_unstable_dt = true",
+                       dt, bound, why, bound);
+}
+
+}  // namespace
+
+template <class Real>
+void measure_bounds(World<Real>& w) {
+    if (w.transfer_needs.grid) w.wave_speed = 0;
+    else w.particle_bound = std::numeric_limits<double>::infinity();
+    for (Material<Real>& m : w.materials) {
+        if (w.transfer_needs.grid)
+            w.wave_speed = reduce_chunks(w, m, w.wave_speed, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                                         [](double a, double b) { return std::max(a, b); });
+        else
+            w.particle_bound = reduce_chunks(w, m, w.particle_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
+                                             [](double a, double b) { return std::min(a, b); });
+    }
+}
+
+template <class Real>
+double time_step_bound(const World<Real>& w) {
+    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (w.wave_speed + fastest_motion(w)) : w.particle_bound;
+}
+
+/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once.
+template <class Real>
+double choose_time_step(World<Real>& w, double longest) {
+    const SimulationSpec& s = w.scene.simulation;
+    if (w.transfer_needs.grid && w.steps % kMeasureInterval == 0 && w.steps > 0)
+        w.timer("time step", [&] {
+            for (Material<Real>& m : w.materials)
+                if (m.has_bonds()) pack_positions(w, m);
+            measure_bounds(w);
+        });
+    const double bound = time_step_bound(w);
+    if (!s.dt && !std::isfinite(bound))
+        throw InputError(s.dt_place.text(), "no model bounds the time step (no particle has a bond): give dt in seconds");
+    if (s.dt && !s.allow_unstable_dt && *s.dt > bound) {
+        if (w.steps == 0) throw InputError(s.dt_place.text(), excess_message(w, *s.dt, bound));
+        throw SimulationError(fmt::format("step {}: {}", w.steps + 1, excess_message(w, *s.dt, bound)));
+    }
+    return std::min(s.dt ? *s.dt : s.safety * bound, longest);
+}
+
+template void measure_bounds(World<float>&);
+template void measure_bounds(World<double>&);
+template double time_step_bound(const World<float>&);
+template double time_step_bound(const World<double>&);
+template double choose_time_step(World<float>&, double);
+template double choose_time_step(World<double>&, double);
+
+}  // namespace perimpm

@@ -1,0 +1,204 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perimpm/model/constitutive_law.hpp"
+#include "perimpm/model/fracture_criterion.hpp"
+#include "perimpm/model/transfer_kernel.hpp"
+#include "perimpm/plugin/registry.hpp"
+#include "perimpm/scene/scene.hpp"
+#include "perimpm/step/simulation.hpp"
+#include "state/array.hpp"
+#include "state/bonds.hpp"
+#include "state/grid.hpp"
+#include "state/threads.hpp"
+#include "step/collider.hpp"
+
+namespace perimpm {
+
+inline constexpr std::uint32_t kChunk = 128;      ///< particles that go through law and transfer together, in cache
+inline constexpr std::size_t kTilePadding = 16;   ///< columns of low-degree splines read past the tile's last row
+
+/// A declared state field of a law, allocated.
+template <class Real>
+struct StateField {
+    FieldSpec spec;
+    FieldArray<Real> values;
+};
+
+/// All particles of one material: a contiguous range of the common arrays, and what its law asked for.
+template <class Real>
+struct Material {
+    std::string name, law_name, criterion_name;
+    double density;
+    ModelPtr<ConstitutiveLaw, Real> law;
+    LawNeeds needs;
+    ModelPtr<FractureCriterion, Real> criterion;  ///< null: nothing breaks
+    std::size_t begin = 0, size = 0;
+
+    std::vector<StateField<Real>> particle_state;
+    std::vector<AlignedArray<Real>> bond_state;
+    std::vector<std::pair<const ParamSpec*, AlignedArray<Real>>> varying;  ///< by declared per-particle parameter; empty: uniform
+    FieldArray<Real> F;                           ///< local laws
+    FieldArray<Real> force;                       ///< bond laws
+    Bonds bonds;                                  ///< bond laws
+    AlignedArray<Real> position, reference;       ///< bond laws: x and X packed by four
+    AlignedArray<std::uint32_t> order;            ///< bond laws: particle indices in grid order
+    std::vector<std::vector<BondCandidate>> found; ///< criteria: what screening found, by chunk
+    std::vector<BondCandidate> candidates;        ///< the same, joined
+    std::vector<std::uint32_t> block_begin;       ///< by particle block: its first particle in grid order, then the total
+
+    bool has_bonds() const { return needs.bonds; }
+    std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }
+};
+
+/// Buffers of one worker.
+template <class Real>
+struct Scratch {
+    AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
+    FieldArray<Real> tau{kChunk, 6};
+    FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9}, force{kChunk, 3};  ///< bond laws' particles in grid order
+    AlignedArray<Real> mass{kChunk}, volume{kChunk};
+    AlignedArray<BondCandidate> candidates;
+};
+
+/// Wall time of the passes of a step, in order of first use.
+class PassTimer {
+public:
+    template <class Body>
+    void operator()(const char* name, const Body& body) {
+        const auto start = std::chrono::steady_clock::now();
+        body();
+        PassTime& pass = find(name);
+        ++pass.calls;
+        pass.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+    const std::vector<PassTime>& passes() const { return passes_; }
+
+private:
+    PassTime& find(const char* name) {
+        for (PassTime& pass : passes_)
+            if (pass.name == name) return pass;
+        return passes_.emplace_back(PassTime{name, 0, 0.0});
+    }
+    std::vector<PassTime> passes_;
+};
+
+/// Everything a step works on. The stages are free functions over it, one file each.
+template <class Real>
+struct World {
+    World(Scene scene, int thread_count) : scene{std::move(scene)}, threads{thread_count} {}
+
+    Scene scene;
+    Threads threads;
+    ModelPtr<TransferKernel, Real> transfer;
+    TransferNeeds transfer_needs;
+    ParticleIntegrator<Real>* integrator = nullptr;  ///< `transfer` when it has no grid
+    std::vector<Material<Real>> materials;           ///< those with particles, in scene order
+    std::vector<std::uint32_t> body_begin;           ///< by body: its first particle id, then the total
+    std::vector<Collider> colliders;
+
+    std::size_t count = 0;
+    FieldArray<Real> x, v, C;
+    AlignedArray<Real> mass, volume;
+    AlignedArray<std::uint32_t> id;
+
+    BlockGrid<Real> grid;
+    std::vector<Scratch<Real>> scratch;              ///< by worker
+    std::vector<double> partial;                     ///< by block or chunk, for ordered reductions
+
+    double time = 0;
+    std::uint64_t steps = 0;
+    double dt = 0;                                   ///< of the step being taken
+    double max_speed = 0;                            ///< of the grid at particles, last step [m/s]
+    double wave_speed = 0;                           ///< last measured [m/s]
+    double particle_bound = 0;                       ///< particle transfer: the laws' stable step [s]
+    double drift = 0;                                ///< how far any particle may have moved since the sort [m]
+    bool forces_known = false;                       ///< particle transfer: forces belong to the present positions
+    std::uint64_t generation = 0;
+    std::vector<std::uint64_t> sort_keys;            ///< reused by the sort
+    PassTimer timer;
+
+    double spacing() const { return scene.grid.spacing; }
+    Scratch<Real>& own_scratch() { return scratch[Threads::current()]; }
+};
+
+/// The block of `size` particles from index `first` of the material, counted in storage order.
+template <class Real>
+Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std::size_t size) {
+    Block<Real> b;
+    const std::size_t at = m.begin + first;
+    b.size = static_cast<std::uint32_t>(size);
+    b.first = static_cast<std::uint32_t>(first);
+    b.x = w.x.view().from(at);
+    b.v = w.v.view().from(at);
+    b.mass = w.mass.data() + at;
+    b.volume = w.volume.data() + at;
+    b.F = m.F.view().from(m.F.empty() ? 0 : first);
+    b.force = m.force.view().from(m.force.empty() ? 0 : first);
+    for (std::size_t k = 0; k < m.varying.size(); ++k)
+        if (!m.varying[k].second.empty()) b.param[k] = m.varying[k].second.data() + first;
+    for (std::size_t k = 0; k < m.particle_state.size(); ++k) {
+        b.family_state[k] = m.particle_state[k].values.view();
+        b.particle_state[k] = b.family_state[k].from(first);
+    }
+    for (std::size_t k = 0; k < m.bond_state.size(); ++k) b.bond_state[k] = m.bond_state[k].data();
+    if (m.has_bonds()) {
+        b.family.row = m.bonds.row.data() + first;
+        b.family.neighbour = m.bonds.neighbour.data();
+        if (!m.bonds.broken.empty()) {
+            b.family.broken = m.bonds.broken.data();
+            b.family.damage = m.bonds.damage.data() + first;
+        }
+        b.family.position = m.position.data();
+        b.family.reference = m.reference.data();
+        b.family.volume = w.volume.data() + m.begin;
+    }
+    return b;
+}
+
+/// Calls body(chunk number, block) for every fixed chunk of the material, in parallel.
+template <class Real, class Body>
+void for_each_chunk(World<Real>& w, Material<Real>& m, const Body& body) {
+    w.threads.run(m.chunks(), [&](std::size_t c) {
+        Block<Real> b = make_block(w, m, c * kChunk, std::min<std::size_t>(kChunk, m.size - c * kChunk));
+        body(c, b);
+    });
+}
+
+/// Sum (or largest) of value(block) over all chunks, taken in the order of chunks.
+template <class Real, class Value, class Combine>
+double reduce_chunks(World<Real>& w, Material<Real>& m, double start, const Value& value, const Combine& combine) {
+    w.partial.resize(std::max(w.partial.size(), m.chunks()));
+    for_each_chunk(w, m, [&](std::size_t c, Block<Real>& b) { w.partial[c] = value(b); });
+    for (std::size_t c = 0; c < m.chunks(); ++c) start = combine(start, w.partial[c]);
+    return start;
+}
+
+// The stages, in the order of a step (METHOD section 2).
+template <class Real> void build_world(World<Real>& w);
+template <class Real> void sort_particles(World<Real>& w);
+template <class Real> void pack_positions(World<Real>& w, Material<Real>& m);
+template <class Real> void compute_bond_forces(World<Real>& w);
+template <class Real> void scatter(World<Real>& w);
+template <class Real> void update_grid(World<Real>& w);
+template <class Real> void gather(World<Real>& w);
+template <class Real> void integrate_particles(World<Real>& w);
+template <class Real> void collide_particles(World<Real>& w);
+template <class Real> void fracture(World<Real>& w);
+/// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
+template <class Real> void measure_bounds(World<Real>& w);
+/// The bound that the last measurement and the present speeds give [s].
+template <class Real> double time_step_bound(const World<Real>& w);
+/// The step to take, at most `longest` [s].
+template <class Real> double choose_time_step(World<Real>& w, double longest);
+template <class Real> Ledger take_ledger(World<Real>& w);
+template <class Real> Plan make_plan(World<Real>& w);
+template <class Real> std::vector<FieldView> list_fields(World<Real>& w, const std::string& material);
+template <class Real> Frame make_frame(World<Real>& w, std::uint32_t number);
+
+}  // namespace perimpm
