@@ -52,10 +52,14 @@ def result(name: str, particles: int, bonds: int, seconds: Sequence[float]) -> R
 
 
 def _workload(args: argparse.Namespace) -> Workload:
-    if args.workload == "mpm-block":
-        law, transfer = args.law or "fixed_corotated", args.transfer or "apic"
-        return mpm_block(args.side or 23, law, transfer, args.order, args.precision)
-    return pd_cube(args.side or 46, args.law or "pd_bond", args.transfer or "particle", args.precision)
+    """The workload asked for; what was left open in `args` is filled in."""
+    block = args.workload == "mpm-block"
+    args.side = args.side or (23 if block else 46)
+    args.law = args.law or ("fixed_corotated" if block else "pd_bond")
+    args.transfer = args.transfer or ("apic" if block else "particle")
+    if block:
+        return mpm_block(args.side, args.law, args.transfer, args.order, args.precision)
+    return pd_cube(args.side, args.law, args.transfer, args.precision)
 
 
 def throughput(args: argparse.Namespace) -> None:
@@ -89,8 +93,7 @@ def _peer_commands(args: argparse.Namespace, threads: int) -> tuple[list[list[st
         return [], ["taichi: not installed (pip install taichi)"]
     if not script.exists():
         return [], [f"taichi: no {script}; run from the repository or set PERIMPM_BENCH_PEERS to its tests/bench/peers"]
-    side = args.side or (23 if args.workload == "mpm-block" else 46)
-    command = [sys.executable, str(script), "--side", str(side), "--threads", str(threads)]
+    command = [sys.executable, str(script), "--side", str(args.side), "--threads", str(threads)]
     return [command + ["--precision", args.precision, "--steps", str(args.steps), "--reps", "1"]], []
 
 

@@ -125,7 +125,7 @@ class _BodyColors:
         named = [name for name in ("body", "material") if source.has(first, name)]
         start = min(source.files)
         body = source.read(first, named[0]) if named else pieces(source.read(start, "x"))
-        self._albedo = TINTS[body.astype(int) % len(TINTS)]
+        self._albedo: Array = TINTS[body.astype(int) % len(TINTS)]
 
     def albedo(self, number: int, count: int) -> Array:
         if count != len(self._albedo):
@@ -150,11 +150,11 @@ class _FieldColors:
 
     def _values(self, number: int) -> Array:
         values = self._source.read(number, self._name).astype(float)
-        return values if values.ndim == 1 else np.linalg.norm(values.reshape(len(values), -1), axis=1)
+        return values if values.ndim == 1 else np.asarray(np.linalg.norm(values.reshape(len(values), -1), axis=1))
 
     def albedo(self, number: int, count: int) -> Array:
         share = (self._values(number) - self._low) / max(self._high - self._low, 1e-300)
-        return self._map(np.clip(share, 0, 1))[:, :3] ** 2.2
+        return np.asarray(self._map(np.clip(share, 0, 1)))[:, :3] ** 2.2
 
     def label(self, image: Array) -> Array:
         from PIL import Image, ImageDraw, ImageFont

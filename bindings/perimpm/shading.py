@@ -78,7 +78,8 @@ class Lighting:
     def __post_init__(self) -> None:
         self._margin = 10
         self._cell = 2.0 * self.h
-        self._low = self.x.min(axis=0) - self._margin * self._cell
+        # The odd shift keeps the particles of a lattice off the borders of the cells.
+        self._low = self.x.min(axis=0) - (self._margin + 0.27) * self._cell
         self._position = (self.x - self._low) / self._cell - 0.5
         cells = np.ceil((self.x.max(axis=0) - self._low) / self._cell).astype(int) + self._margin
         self._shape = (int(cells[0]), int(cells[1]), int(cells[2]))
@@ -97,16 +98,18 @@ class Lighting:
         open_sky = self._open_sky(position)
         sun = np.clip(normal @ SUN, 0.0, 1.0) * self._sunlit()[self.seen]
         up = 0.5 + 0.5 * normal[:, 1]
-        return (
+        light: Array = (
             sun[:, None] * SUN_COLOR
             + (open_sky * (0.35 + 0.65 * up))[:, None] * SKY_COLOR
             + (open_sky * (1 - up))[:, None] * BOUNCE_COLOR
         )
+        return light
 
     def _normals(self, position: Array) -> Array:
         smooth = blur(self._density, 1, (0, 1, 2))
         slope = np.stack([_sample(g, position) for g in np.gradient(smooth)], axis=1)
-        return -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-6)
+        normal: Array = -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-6)
+        return normal
 
     def _open_sky(self, position: Array) -> Array:
         """Share of the surroundings that is empty, 1 for a lone flat surface; the floor counts as full."""
@@ -151,7 +154,8 @@ class Lighting:
                 shade = np.maximum(shade, self._cast(inside, height, SUN, center, half, pixels, soft / pixel))
         near = self._cast(height < 0.25 * size, height, np.array([0.0, 1.0, 0.0]), center, half, pixels, 0.05 * size / pixel)
         sun = (1.0 - shade)[..., None] * (SUN_COLOR * SUN[1])
-        return sun + (1.0 - 0.65 * near)[..., None] * SKY_COLOR
+        light: Array = sun + (1.0 - 0.65 * near)[..., None] * SKY_COLOR
+        return light
 
     def _cast(self, chosen: Array, height: Array, light: Array, center: Array, half: float, pixels: int, soft: float) -> Array:
         """Shadow of some particles along `light` onto the floor, 0 to 1, blurred by `soft` pixels."""
@@ -182,4 +186,5 @@ _CURVE = _tone_curve()
 
 def tone(light: Array) -> Array:
     """Linear light to display values 0 to 255."""
-    return _CURVE[np.clip(light * 1024, 0, 4096).astype(np.int32)]
+    shown: Array = _CURVE[np.clip(light * 1024, 0, 4096).astype(np.int32)]
+    return shown

@@ -31,7 +31,8 @@ class Stage:
     def __init__(self, points: Array, h: float, ground: float, size: tuple[int, int], smooth: int = 2) -> None:
         self._h, self._ground, self._size, self._smooth = h, ground, size, smooth
         self._plotter = pv.Plotter(off_screen=True, window_size=[smooth * size[0], smooth * size[1]], lighting="none")
-        self._plotter.render_window.SetMultiSamples(0)  # the picture is drawn larger and averaged down instead
+        window: Any = self._plotter.render_window
+        window.SetMultiSamples(0)  # the picture is drawn larger and averaged down instead
         self._plotter.set_background((tone(BACKDROP) / 255.0).tolist())
         self._spheres = self._add_spheres()
         self._lay_floor(points)
@@ -47,7 +48,7 @@ class Stage:
         actor.SetMapper(mapper)
         actor.GetProperty().SetAmbient(0.72)
         actor.GetProperty().SetDiffuse(0.34)
-        self._plotter.add_actor(actor, reset_camera=False)
+        self._plotter.renderer.AddActor(actor)
         self._plotter.add_light(pv.Light(position=(-0.45, 0.9, 0.9), light_type="scene light"))
         return mapper
 
@@ -120,6 +121,6 @@ class Stage:
 
 
 def _texture(image: Array) -> pv.Texture:
-    texture = pv.Texture(image)
+    texture = pv.Texture(image)  # type: ignore[no-untyped-call,unused-ignore]
     texture.interpolate = True
     return texture

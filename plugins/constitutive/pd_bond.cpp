@@ -27,9 +27,8 @@ constexpr ParamSpec kParams[] = {
 };
 enum ParticleState { kMicromodulus };
 constexpr FieldSpec kParticleState[] = {{.name = "micromodulus", .unit = "N/m^6", .doc = "c of the particle's family"}};
-enum BondState { kLength, kStiffness };
-constexpr FieldSpec kBondState[] = {{.name = "length", .unit = "m", .doc = "|X|"},
-                                    {.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"}};
+enum BondState { kStiffness };
+constexpr FieldSpec kBondState[] = {{.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"}};
 constexpr double kPoissonRatio = 0.25;
 
 template <class Real>
@@ -58,16 +57,15 @@ public:
     }
 
     void evaluate(Block<Real>& b, Real) const override {
-        const Real* length = b.bond_state[kLength];
         const Real* stiffness = b.bond_state[kStiffness];
         for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* own = b.family.position + 4 * (b.first + i);
+            const Real* own = b.family.position + 4 * std::size_t{b.first + i};
             P f[3] = {P(0), P(0), P(0)};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
                 const P y = norm(Y);
-                const P pull = live * bonds.load(stiffness) * (y - bonds.load(length)) * inverse_length(y);  // (1)
+                const P pull = live * bonds.load(stiffness) * (y - bonds.load(b.family.length)) * inverse_length(y);  // (1)
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
             });
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
@@ -75,7 +73,7 @@ public:
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
-        return std::sqrt(1.2 * youngs_modulus_ / density_) * largest_stretch(b, b.bond_state[kLength]);
+        return std::sqrt(1.2 * youngs_modulus_ / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
         return silling_askari_bound(b, b.bond_state[kStiffness], 1.0);
@@ -86,8 +84,8 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i)
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
                 P Y[3];
-                bonds.difference(b.family.position, b.family.position + 4 * (b.first + i), Y);
-                const P extension = norm(Y) - bonds.load(b.bond_state[kLength]);
+                bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+                const P extension = norm(Y) - bonds.load(b.family.length);
                 // a quarter: half the spring energy, half for each of the pair's two entries
                 total += 0.25 * static_cast<double>(reduce(live * bonds.load(b.bond_state[kStiffness]) * extension * extension));
             });
@@ -97,16 +95,10 @@ public:
 private:
     double beta(double X) const { return partial_ ? std::clamp((horizon_ - X) / spacing_ + 0.5, 0.0, 1.0) : 1.0; }  // (4)
 
-    double reference_length(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) const {
-        const Real* own = b.family.reference + 4 * (b.first + i);
-        const Real* other = b.family.reference + 4 * b.family.neighbour[slot];
-        const Real X[3] = {other[0] - own[0], other[1] - own[1], other[2] - own[2]};
-        return static_cast<double>(norm(X));
-    }
     void set_micromodulus(Block<Real>& b, std::uint32_t i) const {
         double sum = 0;
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
-            const double X = reference_length(b, i, slot);
+            const double X = static_cast<double>(b.family.length[slot]);
             sum += X * beta(X) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
         }
         const double own = sum > 0 ? 18 * bulk_modulus(youngs_modulus_, kPoissonRatio) / sum : 0;
@@ -116,9 +108,8 @@ private:
         const Real* c = b.family_state[kMicromodulus][0];
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const std::uint32_t j = b.family.neighbour[slot];
-            const double X = reference_length(b, i, slot);
+            const double X = static_cast<double>(b.family.length[slot]);
             const double mean_c = 0.5 * (static_cast<double>(c[b.first + i]) + static_cast<double>(c[j]));
-            b.bond_state[kLength][slot] = static_cast<Real>(X);
             b.bond_state[kStiffness][slot] =
                 static_cast<Real>(mean_c * beta(X) * static_cast<double>(b.volume[i]) * static_cast<double>(b.family.volume[j]) / X);
         }

@@ -41,9 +41,8 @@ constexpr FieldSpec kParticleState[] = {
     {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"},
     {.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major"},
 };
-enum BondState { kLength, kStiffness };
+enum BondState { kStiffness };
 constexpr FieldSpec kBondState[] = {
-    {.name = "length", .unit = "m", .doc = "|X|"},
     {.name = "stiffness", .unit = "m", .doc = "(w_p + w_q) V_p V_q / |X|^2; times lambda: N/m"},
 };
 constexpr double kSingular = 1e-4;  // eigenvalues of K below this share of the largest count as zero
@@ -89,14 +88,14 @@ public:
 
     void prepare(Block<Real>& b) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* own = b.family.position + 4 * (b.first + i);
-            const Real* own_reference = b.family.reference + 4 * (b.first + i);
+            const Real* own = b.family.position + 4 * std::size_t{b.first + i};
+            const Real* own_reference = b.family.reference + 4 * std::size_t{b.first + i};
             P A[9] = {};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
                 P X[3], Y[3];
                 bonds.difference(b.family.reference, own_reference, X);
                 bonds.difference(b.family.position, own, Y);
-                const P w = live * influence(bonds.load(b.bond_state[kLength])) * bonds.gather(b.family.volume);
+                const P w = live * influence(bonds.load(b.family.length)) * bonds.gather(b.family.volume);
                 for (int r = 0; r < 3; ++r)
                     for (int c = 0; c < 3; ++c) A[3 * r + c] += w * Y[r] * X[c];
             });
@@ -123,7 +122,7 @@ public:
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
-        return std::sqrt(modulus() / density_) * largest_stretch(b, b.bond_state[kLength]);
+        return std::sqrt(modulus() / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
         return silling_askari_bound(b, b.bond_state[kStiffness], modulus());
@@ -134,13 +133,13 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i)
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
                 P Y[3];
-                bonds.difference(b.family.position, b.family.position + 4 * (b.first + i), Y);
-                const P length = bonds.load(b.bond_state[kLength]);
+                bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+                const P length = bonds.load(b.family.length);
                 const P extension = norm(Y) - length;
                 P twice = real(lambda_) * extension * extension;
                 if (mu_ > 0) {
                     P X[3], mean[3];
-                    bonds.difference(b.family.reference, b.family.reference + 4 * (b.first + i), X);
+                    bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
                     deform(X, mean, [&](int c) { return P(b.particle_state[kMeanDeformation][c][i]); });
                     const P averaged = norm(mean) - length;
                     twice += real(2 * mu_) * averaged * averaged;
@@ -176,9 +175,9 @@ private:
     void add_spring_term(const Block<Real>& b, std::uint32_t i, P f[3]) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
             P Y[3];
-            bonds.difference(b.family.position, b.family.position + 4 * (b.first + i), Y);
+            bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
             const P pull = live * bonds.load(b.bond_state[kStiffness]) * real(lambda_) *
-                           relative_extension(Y, bonds.load(b.bond_state[kLength]));  // (6), second term, (7)
+                           relative_extension(Y, bonds.load(b.family.length));  // (6), second term, (7)
             for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
         });
     }
@@ -186,11 +185,11 @@ private:
     void add_both_terms(const Block<Real>& b, std::uint32_t i, P f[3]) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
             P X[3], Y[3], own[3], other[3];
-            bonds.difference(b.family.position, b.family.position + 4 * (b.first + i), Y);
-            bonds.difference(b.family.reference, b.family.reference + 4 * (b.first + i), X);
+            bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+            bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
             deform(X, own, [&](int c) { return P(b.particle_state[kMeanDeformation][c][i]); });
             deform(X, other, [&](int c) { return bonds.gather(b.family_state[kMeanDeformation][c]); });
-            const P length = bonds.load(b.bond_state[kLength]);
+            const P length = bonds.load(b.family.length);
             const P stiffness = live * bonds.load(b.bond_state[kStiffness]);
             const P share = own_share(b, i, bonds);
             const P spring = stiffness * real(lambda_) * relative_extension(Y, length);                        // (6), second term
@@ -201,14 +200,14 @@ private:
     }
 
     Eigen::Vector3d reference_bond(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) const {
-        const Real* own = b.family.reference + 4 * (b.first + i);
-        const Real* other = b.family.reference + 4 * b.family.neighbour[slot];
+        const Real* own = b.family.reference + 4 * std::size_t{b.first + i};
+        const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
         return Eigen::Vector3d(other[0] - own[0], other[1] - own[1], other[2] - own[2]);
     }
     void set_normalisation(Block<Real>& b, std::uint32_t i) const {
         double sum = 0;
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
-            sum += influence(reference_bond(b, i, slot).norm()) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
+            sum += influence(static_cast<double>(b.family.length[slot])) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
         if (!own_family_) sum = full_weight_;
         b.particle_state[kNormalisation][0][i] = static_cast<Real>(sum > 0 ? 5 / sum : 0);
     }
@@ -216,10 +215,8 @@ private:
         const Real* normalisation = b.family_state[kNormalisation][0];
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const std::uint32_t j = b.family.neighbour[slot];
-            const Eigen::Matrix<Real, 3, 1> X = reference_bond(b, i, slot).template cast<Real>();
-            const double length = static_cast<double>(norm(X.data()));
+            const double length = static_cast<double>(b.family.length[slot]);
             const double both = static_cast<double>(normalisation[b.first + i]) + static_cast<double>(normalisation[j]);
-            b.bond_state[kLength][slot] = static_cast<Real>(length);
             b.bond_state[kStiffness][slot] = static_cast<Real>(both * influence(length) * static_cast<double>(b.volume[i]) *
                                                                static_cast<double>(b.family.volume[j]) / (length * length));
         }

@@ -24,12 +24,12 @@ public:
     void screen(const Block<Real>& b, CandidateList& found) const override {
         using P = Pack<Real>;
         for (std::uint32_t i = 0; i < b.size; ++i) {
-            const std::size_t own = 4 * (b.first + i);
+            const Real* own = b.family.position + 4 * std::size_t{b.first + i};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
-                P X[3], Y[3];
-                bonds.difference(b.family.reference, b.family.reference + own, X);
-                bonds.difference(b.family.position, b.family.position + own, Y);
-                const auto over = live > P(0) && norm(Y) > limit_ * norm(X);  // (1)
+                P Y[3];
+                bonds.difference(b.family.position, own, Y);
+                const P longest = limit_ * bonds.load(b.family.length);
+                const auto over = live > P(0) && Y[0] * Y[0] + Y[1] * Y[1] + Y[2] * Y[2] > longest * longest;  // (1), squared
                 if (any_of(over))
                     for (std::uint32_t lane = 0; lane < bonds.size; ++lane)
                         if (over[lane]) found.add(b.first + i, bonds.slot + lane);

@@ -89,6 +89,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     m.position = AlignedArray<Real>(4 * m.size), m.reference = AlignedArray<Real>(4 * m.size);
     for (std::size_t p = 0; p < m.size; ++p)
         for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];
+    m.length = bond_lengths<Real>(m.bonds, m.reference.data());
     if (w.transfer_needs.grid) m.order = AlignedArray<std::uint32_t>(m.size);
     for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {
         const FieldSpec& spec = m.needs.bond_state.data[k];

@@ -77,6 +77,7 @@ private:
             own("positions by four", m.position.bytes() + m.reference.bytes());
             own("grid order", m.order.bytes());
             own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
+            own("bonds.length", m.length.bytes());
             own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes());
             for (StateField<Real>& s : m.particle_state) own(s.spec.name, s.values.bytes());
             for (std::size_t k = 0; k < m.bond_state.size(); ++k)

@@ -13,9 +13,8 @@ namespace perimpm {
 
 namespace {
 
-/// Radius of a maximal Poisson-disk set with the number density of a lattice of spacing 1 (saturated random packing fills
-/// about 0.36 of space with balls of half the radius).
-constexpr double kPoissonRadius = 0.88;
+/// Radius of a maximal Poisson-disk set with as many points as a lattice of spacing 1: such sets hold about 0.75/r^3 points.
+constexpr double kPoissonRadius = 0.91;
 
 void check_inside_domain(const Scene& scene, const BodySample& s) {
     if (!scene.grid.bounded) return;

@@ -47,6 +47,7 @@ struct Material {
     FieldArray<Real> force;                       ///< bond laws
     Bonds bonds;                                  ///< bond laws
     AlignedArray<Real> position, reference;       ///< bond laws: x and X packed by four
+    AlignedArray<Real> length;                    ///< bond laws: |X| by bond
     AlignedArray<std::uint32_t> order;            ///< bond laws: particle indices in grid order
     std::vector<std::vector<BondCandidate>> found; ///< criteria: what screening found, by chunk
     std::vector<BondCandidate> candidates;        ///< the same, joined
@@ -157,6 +158,7 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.family.position = m.position.data();
         b.family.reference = m.reference.data();
         b.family.volume = w.volume.data() + m.begin;
+        b.family.length = m.length.data();
     }
     return b;
 }

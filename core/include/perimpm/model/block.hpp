@@ -20,6 +20,7 @@ struct Families {
     const Real* position = nullptr;            ///< y of every particle of the material [m]
     const Real* reference = nullptr;           ///< X of every particle of the material [m]
     const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
+    const Real* length = nullptr;              ///< |X| by slot, from `reference` in the same precision [m]
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "perimpm/math/simd.hpp"
 #include "perimpm/model/block.hpp"
@@ -15,11 +17,65 @@ T norm(const T v[3]) {
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+namespace detail {
+
+template <class Real, int N>
+struct Lanes {
+    typedef Real type __attribute__((vector_size(N * sizeof(Real))));
+};
+template <class Real, int N>
+using Vec = typename Lanes<Real, N>::type;
+
+template <class Real, int N, int... I>
+Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, I...);
+}
+/// From each quad of lanes of a and b, chosen lanes: First of a, First of b, Second of a, Second of b for `Pairs`, or
+/// (First, First + 1) of a, then of b.
+template <class Real, int N, int First, bool Pairs, int... I>
+Vec<Real, N> mix(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, (I / 4 * 4 + First + (Pairs ? I % 4 / 2 + I % 2 * N : I % 2 + I % 4 / 2 * N))...);
+}
+
+/// Entries k, k + 4, k + 8, ... of an array packed by four, side by side.
+template <class Real, int N>
+Vec<Real, N> every_fourth(const Real* packed, const std::uint32_t* entry) {
+    if constexpr (N == 4) {
+        Vec<Real, 4> v;
+        __builtin_memcpy(&v, packed + 4 * std::size_t{entry[0]}, sizeof v);
+        return v;
+    } else {
+        return join<Real, N / 2>(every_fourth<Real, N / 2>(packed, entry), every_fourth<Real, N / 2>(packed, entry + N / 2),
+                                 std::make_integer_sequence<int, N>());
+    }
+}
+
+/// Components x, y, z of a pack of entries of an array packed by four: whole entries are loaded and transposed in
+/// registers, which takes a third of the instructions of loading number by number.
+template <class Real>
+void gather3(const Real* packed, const std::uint32_t* entry, Pack<Real> out[3]) {
+    constexpr int N = kLanes<Real>;
+    if constexpr (N < 4) {
+        for (int c = 0; c < 3; ++c) out[c] = Pack<Real>([&](std::size_t lane) { return packed[4 * std::size_t{entry[lane]} + c]; });
+    } else {
+        constexpr auto all = std::make_integer_sequence<int, N>();
+        Vec<Real, N> r[4];
+        for (int k = 0; k < 4; ++k) r[k] = every_fourth<Real, N>(packed, entry + k);
+        const auto xy01 = mix<Real, N, 0, true>(r[0], r[1], all), xy23 = mix<Real, N, 0, true>(r[2], r[3], all);
+        const auto z01 = mix<Real, N, 2, true>(r[0], r[1], all), z23 = mix<Real, N, 2, true>(r[2], r[3], all);
+        out[0] = Pack<Real>(mix<Real, N, 0, false>(xy01, xy23, all));
+        out[1] = Pack<Real>(mix<Real, N, 2, false>(xy01, xy23, all));
+        out[2] = Pack<Real>(mix<Real, N, 0, false>(z01, z23, all));
+    }
+}
+
+}  // namespace detail
+
 /// A pack of bonds of one particle. Lanes beyond `size` are bonds of the particle to itself.
 template <class Real>
 struct BondPack {
     std::uint32_t slot, size;
-    std::uint32_t neighbour[kLanes<Real>];
+    const std::uint32_t* neighbour;
 
     /// Value of a per-bond field; 0 beyond `size`.
     Pack<Real> load(const Real* field) const { return perimpm::load(field + slot, size); }
@@ -29,8 +85,8 @@ struct BondPack {
     }
     /// Vectors from the particle at `own` to its neighbours; both in arrays packed by four.
     void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
-        for (int c = 0; c < 3; ++c)
-            out[c] = Pack<Real>([&](std::size_t lane) { return packed[4 * neighbour[lane] + c]; }) - own[c];
+        detail::gather3(packed, neighbour, out);
+        for (int c = 0; c < 3; ++c) out[c] -= own[c];
     }
 };
 
@@ -42,16 +98,15 @@ void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
     const auto& f = b.family;
     const bool damaged = f.damage && f.damage[i] > 0;
     for (std::uint32_t slot = f.row[i]; slot < f.row[i + 1]; slot += lanes) {
-        BondPack<Real> pack{slot, std::min(lanes, f.row[i + 1] - slot), {}};
-        if (pack.size == lanes && !damaged) {
-            std::copy_n(f.neighbour + slot, lanes, pack.neighbour);
-            body(pack, Pack<Real>(1));
+        const std::uint32_t size = std::min(lanes, f.row[i + 1] - slot);
+        if (size == lanes && !damaged) {
+            body(BondPack<Real>{slot, size, f.neighbour + slot}, Pack<Real>(1));
             continue;
         }
-        for (std::uint32_t lane = 0; lane < lanes; ++lane)
-            pack.neighbour[lane] = lane < pack.size ? f.neighbour[slot + lane] : b.first + i;
-        body(pack, Pack<Real>([&](std::size_t lane) {
-                 return lane < pack.size && !f.is_broken(slot + static_cast<std::uint32_t>(lane)) ? Real(1) : Real(0);
+        std::uint32_t neighbour[lanes];
+        for (std::uint32_t lane = 0; lane < lanes; ++lane) neighbour[lane] = lane < size ? f.neighbour[slot + lane] : b.first + i;
+        body(BondPack<Real>{slot, size, neighbour}, Pack<Real>([&](std::size_t lane) {
+                 return lane < size && !f.is_broken(slot + static_cast<std::uint32_t>(lane)) ? Real(1) : Real(0);
              }));
     }
 }
@@ -78,14 +133,14 @@ double lattice_sum(double horizon, double h, Value value) {
 
 /// Largest |Y|/|X| over the live bonds of the block, at least 1: waves travel faster through stretched families.
 template <class Real>
-double largest_stretch(const Block<Real>& b, const Real* length) {
+double largest_stretch(const Block<Real>& b) {
     Pack<Real> largest(1);
     for (std::uint32_t i = 0; i < b.size; ++i) {
-        const Real* own = b.family.position + 4 * (b.first + i);
+        const Real* own = b.family.position + 4 * std::size_t{b.first + i};
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) {
             Pack<Real> Y[3];
             bonds.difference(b.family.position, own, Y);
-            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.load(length));
+            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.load(b.family.length));
             largest = select(stretch > largest, stretch, largest);
         });
     }

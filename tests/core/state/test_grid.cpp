@@ -1,0 +1,101 @@
+#include "state/grid.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "state/morton.hpp"
+#include "support/catch.hpp"
+
+using namespace perimpm;
+
+namespace {
+
+using Node = std::array<int, 3>;
+
+std::vector<std::uint64_t> keys_of(const std::vector<Node>& blocks) {
+    std::vector<std::uint64_t> keys;
+    for (const Node& b : blocks) {
+        const std::int32_t c[3] = {b[0], b[1], b[2]};
+        keys.push_back(morton(c));
+    }
+    std::sort(keys.begin(), keys.end());
+    return keys;
+}
+
+/// Global index of the tile's node n.
+Node tile_node(const ParticleBlock& block, int n) {
+    Node at{n / 64, n / 8 % 8, n % 8};
+    for (std::size_t c = 0; c < 3; ++c) at[c] += kBlockNodes * block.coordinate[c] - kTileOffset;
+    return at;
+}
+
+const std::vector<Node> kBlocks = {{0, 0, 0}, {0, 0, 1}, {1, 1, 1}, {-1, 0, 0}, {5, -7, 2}, {2, 0, 0}};
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("grid: tiles meet on the nodes that they share", "[state]", float, double) {
+    BlockGrid<TestType> grid;
+    grid.rebuild(keys_of(kBlocks), false);
+    for (std::size_t b = 0; b < grid.size(); ++b) std::fill_n(grid.nodes(b), kBlockValues, TestType(0));
+    std::map<Node, double> expected;
+    AlignedArray<TestType> tile(kTileValues);
+    double value = 1;
+    for (const ParticleBlock& block : grid.particle_blocks()) {
+        for (int n = 0; n < kTileValues / 4; ++n, ++value) {
+            expected[tile_node(block, n)] += value;
+            for (int c = 0; c < 4; ++c) tile[static_cast<std::size_t>(4 * n + c)] = static_cast<TestType>(value * (c + 1));
+        }
+        grid.add_tile(block, tile.data(), false);
+    }
+    for (const ParticleBlock& block : grid.particle_blocks()) {
+        grid.load_tile(block, tile.data(), false);
+        for (int n = 0; n < kTileValues / 4; ++n)
+            for (int c = 0; c < 4; ++c)
+                CHECK(tile[static_cast<std::size_t>(4 * n + c)] == static_cast<TestType>(expected[tile_node(block, n)] * (c + 1)));
+    }
+}
+
+TEST_CASE("grid: a block's nodes lie where its coordinate says, z fastest", "[state]") {
+    BlockGrid<double> grid;
+    grid.rebuild(keys_of({{3, -2, 1}}), true);
+    CHECK(grid.size() == 27);
+    const ParticleBlock& block = grid.particle_blocks()[0];
+    for (std::size_t b = 0; b < grid.size(); ++b)
+        for (int n = 0; n < kNodesPerBlock; ++n)
+            for (int c = 0; c < 3; ++c) {
+                const int inside[3] = {n / 16, n / 4 % 4, n % 4};
+                grid.increments(b)[4 * n + c] = kBlockNodes * grid.coordinate(b)[c] + inside[c];
+            }
+    AlignedArray<double> tile(kTileValues);
+    grid.load_tile(block, tile.data(), true);
+    for (int n = 0; n < kTileValues / 4; ++n)
+        for (int c = 0; c < 3; ++c)
+            CHECK(tile[static_cast<std::size_t>(4 * n + c)] == tile_node(block, n)[static_cast<std::size_t>(c)]);
+}
+
+TEST_CASE("grid: blocks of one colour never share a node", "[state]") {
+    std::vector<Node> blocks;
+    for (int i = -2; i < 3; ++i)
+        for (int j = -2; j < 3; ++j)
+            for (int k = -2; k < 3; ++k) blocks.push_back({i, j, k});
+    BlockGrid<float> grid;
+    grid.rebuild(keys_of(blocks), false);
+    std::size_t total = 0;
+    for (int colour = 0; colour < 8; ++colour) {
+        std::set<Node> used;
+        for (const std::uint32_t b : grid.colour(colour))
+            for (int n = 0; n < kTileValues / 4; ++n) CHECK(used.insert(tile_node(grid.particle_blocks()[b], n)).second);
+        total += grid.colour(colour).size();
+    }
+    CHECK(total == blocks.size());
+}
+
+TEST_CASE("grid: only blocks that a tile reaches exist", "[state]") {
+    BlockGrid<float> grid;
+    grid.rebuild(keys_of({{0, 0, 0}, {100000, 0, -100000}}), false);
+    CHECK(grid.size() == 54);
+    CHECK(grid.bytes() < 2 * 54 * kBlockValues * sizeof(float));
+    grid.rebuild(keys_of({{0, 0, 0}, {0, 0, 1}}), false);
+    CHECK(grid.size() == 36);
+}

@@ -1,0 +1,124 @@
+// REFERENCES.md B2 (stiffness and the table of lattice errors), A7 (rigid rotation).
+#include <numbers>
+
+#include "support/catch.hpp"
+#include "support/lattice_stiffness.hpp"
+#include "support/message.hpp"
+#include "support/model.hpp"
+
+using namespace perimpm;
+using Eigen::Matrix3d;
+
+namespace {
+
+constexpr double kSpacing = 0.01, kVolume = kSpacing * kSpacing * kSpacing, kModulus = 1.5e6, kBulk = kModulus / 1.5;
+
+template <class Real = double>
+ModelPtr<ConstitutiveLaw, Real> pd_bond(const std::string& more) {
+    return make<ConstitutiveLaw, Real>("pd_bond", "youngs_modulus = 1.5e6\n" + more, {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0});
+}
+
+Particles<double> cube(const ConstitutiveLaw<double>& law, int count) { return {law, lattice(count, kSpacing), kVolume}; }
+
+}  // namespace
+
+TEST_CASE("pd_bond: small-strain stiffness is the lattice sum over the own family", "[constitutive]") {
+    for (const char* horizon : {"2.01", "3.015"}) {
+        const auto law = pd_bond(std::string("horizon = ") + horizon);
+        auto particles = cube(*law, 9);
+        const std::size_t p = middle(9);
+        double sum = 0;  // of |X| V: c = 18 K / sum |X| V, and C = c/2 sum |X| V nnnn
+        for (std::uint32_t s = particles.bonds().row[p]; s < particles.bonds().row[p + 1]; ++s)
+            sum += (particles.reference()[particles.bonds().neighbour[s]] - particles.reference()[p]).norm();
+        const Stiffness expected = lattice_stiffness(particles, p, [&](double X) { return 9 * kBulk * X / sum; });
+        const Stiffness measured = measure_stiffness(particles, p, kVolume);
+        CHECK((measured - expected).norm() <= 1e-6 * expected.norm());
+        CHECK_THAT(isotropic_average(measured).bulk_modulus(), WithinRel(kBulk, 1e-6));
+        CHECK_THAT(isotropic_average(measured).poisson_ratio(), WithinAbs(0.25, 1e-6));
+        CHECK_THAT(isotropic_average(measured).youngs_modulus(), WithinRel(kModulus, 1e-6));
+    }
+}
+
+TEST_CASE("pd_bond: continuum micromodulus has the published lattice errors", "[constitutive]") {
+    struct Row { double horizon, bulk, shear, diagonal_shear; };  // B2, columns "full: BB"
+    for (const Row& row : {Row{2.0, 0.971, 0.882, 1.106}, {3.0, 1.121, 1.218, 0.976}, {3.015, 1.099, 1.194, 0.957}, {4.0, 0.943, 0.957, 0.923}}) {
+        CAPTURE(row.horizon);
+        // A hair beyond the rim, which rounding must not decide.
+        const auto law = pd_bond("calibration = \"continuum\"\nhorizon = " + std::to_string(row.horizon + 1e-6));
+        auto particles = cube(*law, 11);
+        const Stiffness C = measure_stiffness(particles, middle(11), kVolume);
+        const double mu = 0.6 * kBulk;
+        CHECK_THAT((C(0, 0) + 2 * C(0, 1)) / 3 / kBulk, WithinAbs(row.bulk, 6e-4));
+        CHECK_THAT(C(5, 5) / mu, WithinAbs(row.shear, 6e-4));
+        CHECK_THAT((C(0, 0) - C(0, 1)) / 2 / mu, WithinAbs(row.diagonal_shear, 6e-4));
+    }
+}
+
+TEST_CASE("pd_bond: force is minus the energy's gradient", "[constitutive]") {
+    const auto law = pd_bond("horizon = 2.01");
+    auto particles = cube(*law, 5);
+    std::mt19937 random(10);
+    std::uniform_real_distribution<double> shift(-0.2 * kSpacing, 0.2 * kSpacing);
+    std::vector<Vec3> y = particles.reference();
+    for (std::size_t p = 0; p < y.size(); ++p) particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
+    particles.evaluate();
+    const double step = 1e-6 * kSpacing, scale = particles.largest_force();
+    for (const std::size_t p : {std::size_t{0}, middle(5), particles.size() - 3})
+        for (int c = 0; c < 3; ++c) {
+            particles.place(p, y[p] + step * Vec3::Unit(c));
+            const double more = particles.energy();
+            particles.place(p, y[p] - step * Vec3::Unit(c));
+            const double less = particles.energy();
+            particles.place(p, y[p]);
+            CHECK_THAT(particles.force(p)[c], WithinAbs(-(more - less) / (2 * step), 1e-6 * scale));
+        }
+}
+
+TEST_CASE("pd_bond: rigid motion makes no force", "[constitutive]") {
+    const auto law = pd_bond("horizon = 3.015");
+    auto particles = cube(*law, 7);
+    for (const double angle : {0.3, 1.7, 3.1}) {
+        particles.deform(rotation(angle, {1, -2, 3}));
+        particles.evaluate();
+        CHECK(particles.largest_force() <= 1e-12 * kBulk * kSpacing * kSpacing);
+    }
+}
+
+TEST_CASE("pd_bond: one bond is a spring of the closed form", "[constitutive]") {
+    const auto law = pd_bond("calibration = \"continuum\"\nhorizon = 2.01");
+    Particles<double> pair(*law, {Vec3::Zero(), Vec3(kSpacing, 0, 0)}, kVolume);
+    pair.place(1, {1.5 * kSpacing, 0, 0});
+    pair.evaluate();
+    const double c = 18 * kBulk / (std::numbers::pi * std::pow(2.01 * kSpacing, 4));
+    CHECK((pair.force(0) - Vec3(c * 0.5 * kVolume * kVolume, 0, 0)).norm() <= 1e-12 * pair.force(0).norm());
+    CHECK((pair.force(0) + pair.force(1)).norm() == 0);
+    CHECK_THAT(pair.energy(), WithinRel(0.5 * c * 0.25 * kSpacing * kVolume * kVolume, 1e-12));
+    // Silling & Askari: dt = sqrt(2 m / k) with k = c V V / |X|
+    const double m = 1000 * kVolume, k = c * kVolume * kVolume / kSpacing;
+    CHECK_THAT(law->stable_time_step(pair.block()), WithinRel(std::sqrt(2 * m / k), 1e-12));
+}
+
+TEST_CASE("pd_bond: partial volumes weigh bonds at the rim", "[constitutive]") {
+    // Two particles at 1.4 h, horizon 1.5 h: beta = (1.5 - 1.4) + 1/2 = 0.6.
+    const std::string horizon = "calibration = \"continuum\"\nhorizon = 1.5\n";
+    const auto whole = pd_bond(horizon), partial = pd_bond(horizon + "volume_correction = \"linear\"");
+    const std::vector<Vec3> X = {Vec3::Zero(), Vec3(1.4 * kSpacing, 0, 0)};
+    Particles<double> a(*whole, X, kVolume), b(*partial, X, kVolume);
+    a.place(1, {2 * kSpacing, 0, 0}), b.place(1, {2 * kSpacing, 0, 0});
+    a.evaluate(), b.evaluate();
+    CHECK_THAT(b.force(0)[0], WithinRel(0.6 * a.force(0)[0], 1e-12));
+}
+
+TEST_CASE("pd_bond: a surface treatment contradicts the continuum constant", "[constitutive]") {
+    CHECK_THROWS_AS(pd_bond("calibration = \"continuum\"\nsurface = \"family\""), InvalidParameter);
+    CHECK(contains(message_of([] { pd_bond("horizon = 0.5"); }), "'horizon' in pd_bond must be above 1"));
+}
+
+TEMPLATE_TEST_CASE("pd_bond: a free particle feels nothing", "[constitutive]", float, double) {
+    const auto law = pd_bond<TestType>("");
+    Particles<TestType> one(*law, {Vec3::Zero()}, kVolume);
+    one.evaluate();
+    CHECK(one.largest_force() == 0);
+    CHECK(one.energy() == 0);
+    CHECK(law->stable_time_step(one.block()) == std::numeric_limits<double>::infinity());
+}

@@ -1,0 +1,250 @@
+// Scatter and gather of pic, flip and apic on one tile; REFERENCES.md E9 and A8.
+#include <random>
+
+#include "support/catch.hpp"
+#include "support/model.hpp"
+#include "support/tile.hpp"
+
+using namespace perimpm;
+using Eigen::Matrix3d;
+
+namespace {
+
+using Kernel = ModelPtr<TransferKernel, double>;
+
+Kernel kernel(const std::string& name, int order, const std::string& more = "") {
+    return make<TransferKernel, double>(name, "order = " + std::to_string(order) + "\n" + more);
+}
+
+double coordinate(std::mt19937& random, double low, double high) { return std::uniform_real_distribution(low, high)(random); }
+Vec3 vector(std::mt19937& random, double low, double high) {
+    return {coordinate(random, low, high), coordinate(random, low, high), coordinate(random, low, high)};
+}
+
+constexpr double kSpacing = 0.4;
+
+/// Particles at random places whose stencils of every order lie inside the tile, with random masses and velocities.
+Tile<double> random_tile(std::size_t size) {
+    std::mt19937 random(7);
+    Tile<double> tile(size, kSpacing);
+    for (std::size_t p = 0; p < size; ++p)
+        tile.place(p, kSpacing * vector(random, 1.01, 5.99), vector(random, -1, 1), coordinate(random, 0.5, 2.0));
+    return tile;
+}
+
+/// Largest nodal force of an endless line of particles under uniform stress, over all positions relative to the grid,
+/// divided by sigma A; dx = 1, spacing s. Forces are what `scatter` adds with velocity 0 and dt = 1.
+double worst_crossing_force(const TransferKernel<double>& kernel, double s) {
+    constexpr int kPhases = 4000;
+    double worst = 0;
+    for (int phase = 0; phase < kPhases; ++phase) {
+        std::vector<double> line;
+        for (double x = 1 + s * phase / kPhases; x < 6; x += s) line.push_back(x);
+        Tile<double> tile(line.size(), 1.0);
+        for (std::size_t p = 0; p < line.size(); ++p) {
+            tile.place(p, {line[p], 3.3, 3.6}, Vec3::Zero(), 1.0, s);  // volume: spacing times area 1
+            tile.set_tau(p, 0, 1.0);
+        }
+        tile.scatter(kernel, 1.0, true);
+        for (const std::size_t i : {3, 4})  // cubic splines reach two cells: only these see the whole line
+            worst = std::max(worst, std::abs(tile.plane_momentum(i)[0]));
+    }
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("transfer: nodal forces of a drifting line reproduce the cell-crossing table", "[transfer]") {
+    struct Row {
+        int order;
+        const char* values[10];  // as printed, at the spacings below
+    };
+    const double spacings[] = {0.25, 0.5, 1.0, 0.30, 0.45, 0.60, 0.75, 0.90, 1.2, 1.5};
+    const Row table[] = {{1, {"0.0000", "0.0000", "0.0000", "0.30", "0.45", "0.60", "0.75", "0.90", "1.20", "1.50"}},
+                         {2, {"0.0000", "0.0000", "0.0000", "0.030", "0.045", "0.120", "0.187", "0.089", "0.238", "0.748"}},
+                         {3, {"0.0000", "0.0000", "0.0000", "0.0020", "0.0030", "0.016", "0.031", "0.006", "0.032", "0.25"}}};
+    for (const Row& row : table)
+        for (std::size_t k = 0; k < std::size(spacings); ++k) {
+            const std::string printed = row.values[k];
+            const double digit = std::pow(10.0, -static_cast<double>(printed.size() - 2));
+            CAPTURE(row.order, spacings[k]);
+            for (const char* name : {"pic", "flip", "apic"})
+                CHECK_THAT(worst_crossing_force(*kernel(name, row.order), spacings[k]), WithinAbs(std::stod(printed), 0.51 * digit));
+        }
+}
+
+TEST_CASE("transfer: mass and momentum arrive on the grid", "[transfer]") {
+    const std::size_t size = 100;
+    for (const char* name : {"pic", "flip", "apic"})
+        for (const int order : {1, 2, 3}) {
+            CAPTURE(name, order);
+            Tile<double> tile = random_tile(size);
+            tile.scatter(*kernel(name, order), 0.01, true);
+            double mass = 0, scale = 0, grid_mass = 0;
+            Vec3 momentum = Vec3::Zero(), grid_momentum = Vec3::Zero(), spin = Vec3::Zero(), grid_spin = Vec3::Zero();
+            for (std::size_t p = 0; p < size; ++p) {
+                mass += tile.mass(p), scale += tile.mass(p) * tile.v(p).norm();
+                momentum += tile.mass(p) * tile.v(p);
+                spin += tile.x(p).cross(tile.mass(p) * tile.v(p));
+            }
+            for (std::size_t n = 0; n < Tile<double>::kNodes; ++n) {
+                grid_mass += tile.node_mass(n);
+                grid_momentum += tile.node_momentum(n);
+                grid_spin += tile.node_position(n).cross(tile.node_momentum(n));
+            }
+            CHECK_THAT(grid_mass, WithinRel(mass, 1e-13));
+            CHECK((grid_momentum - momentum).norm() <= 1e-13 * scale);
+            CHECK((grid_spin - spin).norm() <= 1e-13 * scale);  // sum_I w_I x_I = x_p
+        }
+}
+
+TEST_CASE("transfer: forces on the grid have no resultant, gradient or mls", "[transfer]") {
+    std::mt19937 random(8);
+    for (const char* name : {"pic", "flip", "apic"})
+        for (const char* divergence : {"gradient", "mls"}) {
+            CAPTURE(name, divergence);
+            Tile<double> tile(20, kSpacing);
+            for (std::size_t p = 0; p < 20; ++p) {
+                tile.place(p, kSpacing * vector(random, 1.01, 5.99), Vec3::Zero());
+                for (std::size_t c = 0; c < 6; ++c) tile.set_tau(p, c, coordinate(random, -1, 1));
+            }
+            tile.scatter(*kernel(name, 2, std::string("stress_divergence = \"") + divergence + '"'), 1.0, true);
+            Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+            double scale = 0;
+            for (std::size_t n = 0; n < Tile<double>::kNodes; ++n) {
+                force += tile.node_momentum(n), scale += tile.node_momentum(n).norm();
+                torque += tile.node_position(n).cross(tile.node_momentum(n));
+            }
+            CHECK(force.norm() <= 1e-13 * scale);
+            CHECK(torque.norm() <= 1e-12 * scale);  // tau is symmetric
+        }
+}
+
+TEST_CASE("transfer: nodal force is minus V tau grad w", "[transfer]") {
+    // One particle at a cell's middle with dx = 1: linear weights 1/2, derivatives -1 and 1 along x.
+    Tile<double> tile(1, 1.0);
+    tile.place(0, {2.5, 2.5, 2.5}, Vec3::Zero(), 1.0, 3.0);
+    tile.set_tau(0, 0, 2.0);
+    tile.set_tau(0, 1, 5.0);
+    for (const char* name : {"pic", "flip", "apic"}) {
+        tile.scatter(*kernel(name, 1), 0.5, true);
+        const std::size_t left = (2 * 8 + 2) * 8 + 2, right = (3 * 8 + 2) * 8 + 2;
+        // -dt V (tau_xx dw_x + tau_xy dw_y, tau_xy dw_x, 0), dw_x = -+1/4, dw_y = -1/4
+        CHECK((tile.node_momentum(left) - 0.5 * 3.0 / 4 * Vec3(2.0 + 5.0, 5.0, 0)).norm() <= 1e-14);
+        CHECK((tile.node_momentum(right) - 0.5 * 3.0 / 4 * Vec3(-2.0 + 5.0, -5.0, 0)).norm() <= 1e-14);
+    }
+}
+
+TEST_CASE("transfer: gather moves with the grid's velocity and updates F by its gradient", "[transfer]") {
+    Matrix3d L;
+    L << 0.3, -0.2, 0.1, 0.5, 0.7, -0.4, -0.6, 0.2, 0.1;
+    const Vec3 v0(1.0, -2.0, 0.5);
+    const double dt = 0.01;
+    for (const char* name : {"pic", "flip", "apic"})
+        for (const char* divergence : {"gradient", "mls"})
+            for (const int order : {1, 2, 3}) {
+                if (order == 1 && std::string(divergence) == "mls") continue;
+                CAPTURE(name, order, divergence);
+                const Kernel k = kernel(name, order, std::string("stress_divergence = \"") + divergence + '"');
+                Tile<double> tile = random_tile(30);
+                tile.scatter(*k, dt, true);
+                tile.update();
+                std::vector<Vec3> before;
+                for (std::size_t p = 0; p < 30; ++p) before.push_back(tile.x(p));
+                tile.set_velocities([&](const Vec3& x) -> Vec3 { return v0 + L * x; });
+                tile.gather(*k, dt, true);
+                for (std::size_t p = 0; p < 30; ++p) {
+                    CHECK((tile.x(p) - (before[p] + dt * (v0 + L * before[p]))).norm() <= 1e-14);
+                    CHECK((tile.F(p) - (Matrix3d::Identity() + dt * L)).norm() <= 1e-14);
+                    if (std::string(name) != "flip") CHECK((tile.v(p) - (v0 + L * before[p])).norm() <= 1e-13);
+                    if (std::string(name) == "apic") CHECK((tile.C(p) - L).norm() <= 1e-12);
+                }
+            }
+}
+
+TEST_CASE("apic: an affine velocity field survives scatter and gather", "[transfer]") {
+    Matrix3d L;
+    L << 0.3, -0.2, 0.1, 0.5, 0.7, -0.4, -0.6, 0.2, 0.1;
+    const Vec3 v0(1.0, -2.0, 0.5);
+    for (const int order : {1, 2, 3}) {
+        CAPTURE(order);
+        const Kernel k = kernel("apic", order);
+        Tile<double> tile = random_tile(50);
+        for (std::size_t p = 0; p < 50; ++p) {
+            tile.place(p, tile.x(p), v0 + L * tile.x(p), tile.mass(p));
+            tile.set_C(p, L);
+        }
+        tile.scatter(*k, 0.0, true);
+        tile.update();
+        tile.gather(*k, 0.0, true);
+        for (std::size_t p = 0; p < 50; ++p) {
+            CHECK((tile.v(p) - (v0 + L * tile.x(p))).norm() <= 1e-12);
+            CHECK((tile.C(p) - L).norm() <= 1e-11);
+        }
+    }
+}
+
+TEST_CASE("flip: blend 1 adds the grid's change, blend 0 is pic", "[transfer]") {
+    const double dt = 0.01;
+    for (const int order : {1, 2, 3}) {
+        CAPTURE(order);
+        const Kernel full = kernel("flip", order, "blend = 1.0"), none = kernel("flip", order, "blend = 0.0"), pic = kernel("pic", order);
+        Tile<double> tile = random_tile(40), as_pic = random_tile(40), start = random_tile(40), other = random_tile(40);
+        tile.scatter(*full, dt, true);
+        tile.update();
+        tile.gather(*full, dt, true);
+        other.scatter(*none, dt, true), other.update(), other.gather(*none, dt, true);
+        as_pic.scatter(*pic, dt, true), as_pic.update(), as_pic.gather(*pic, dt, true);
+        for (std::size_t p = 0; p < 40; ++p) {
+            CHECK((tile.v(p) - start.v(p)).norm() <= 1e-14);  // no force, no change
+            CHECK((other.v(p) - as_pic.v(p)).norm() <= 1e-14);
+            CHECK((tile.x(p) - as_pic.x(p)).norm() <= 1e-14);
+        }
+    }
+}
+
+TEST_CASE("transfer: flip keeps a mode that the grid cannot see, pic and apic erase it", "[transfer]") {
+    // Linear splines, two particles a quarter cell beside each middle, velocities alternating: every node sums to zero.
+    const std::size_t size = 10;
+    const auto alternating = [&] {
+        Tile<double> tile(size, 1.0);
+        for (std::size_t p = 0; p < size; ++p)
+            tile.place(p, {1.25 + 0.5 * static_cast<double>(p), 2.5, 2.5}, Vec3(p % 2 ? -1.0 : 1.0, 0, 0));
+        return tile;
+    };
+    for (const char* name : {"flip", "pic", "apic"}) {
+        CAPTURE(name);
+        const Kernel k = kernel(name, 1, std::string(name) == "flip" ? "blend = 1.0" : "");
+        Tile<double> tile = alternating();
+        tile.scatter(*k, 0.01, true);
+        for (std::size_t i = 2; i < 6; ++i) CHECK(tile.plane_momentum(i).norm() <= 1e-15);
+        tile.update(), tile.gather(*k, 0.01, true);
+        for (std::size_t p = 2; p < 8; ++p)
+            CHECK((tile.v(p) - Vec3(std::string(name) == "flip" ? (p % 2 ? -1.0 : 1.0) : 0.0, 0, 0)).norm() <= 1e-15);
+    }
+    const Kernel flip = kernel("flip", 1, "blend = 1.0");
+    Tile<double> tile = alternating();
+    for (int step = 0; step < 100; ++step) tile.scatter(*flip, 0.0, true), tile.update(), tile.gather(*flip, 0.0, true);
+    for (std::size_t p = 0; p < size; ++p) CHECK(tile.v(p) == Vec3(p % 2 ? -1.0 : 1.0, 0, 0));
+}
+
+TEST_CASE("transfer: mls needs a spline with a second moment", "[transfer]") {
+    for (const char* name : {"pic", "flip", "apic"})
+        CHECK_THROWS_AS(kernel(name, 1, "stress_divergence = \"mls\""), InvalidParameter);
+}
+
+TEST_CASE("particle: kick and drift", "[transfer]") {
+    const auto model = make<TransferKernel, double>("particle");
+    CHECK_FALSE(model->needs().grid);
+    const auto* integrator = dynamic_cast<const ParticleIntegrator<double>*>(model.get());
+    REQUIRE(integrator);
+    double x[3] = {1, 2, 3}, v[3] = {0, 1, 0}, force[3] = {4, 0, -2}, mass = 2;
+    const double gravity[3] = {0, -10, 0};
+    TransferBlock<double> b;
+    b.size = 1, b.dt = 0.5;
+    b.x = {x, 1}, b.v = {v, 1}, b.force = {force, 1}, b.mass = &mass;
+    integrator->kick(b, gravity);  // dt/2 (f/m + g) = 1/4 (2, -10, -1)
+    CHECK((v[0] == 0.5 && v[1] == -1.5 && v[2] == -0.25));
+    integrator->drift(b);
+    CHECK((x[0] == 1.25 && x[1] == 1.25 && x[2] == 2.875));
+}

@@ -1,0 +1,92 @@
+"""Particle fields as views."""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+import numpy as np
+import pytest
+
+import perimpm
+
+
+def test_shapes_and_types(box: dict[str, Any]) -> None:
+    p = perimpm.Simulation(box).particles
+    assert p["x"].shape == (1728, 3) and p["x"].dtype == np.float32
+    assert p["C"].shape == (1728, 3, 3)
+    assert p["mass"].shape == (1728,)
+    assert p["id"].dtype == np.uint32
+    box["simulation"]["precision"] = "double"
+    assert perimpm.Simulation(box).particles["v"].dtype == np.float64
+
+
+def test_values_and_component_order(box: dict[str, Any]) -> None:
+    box["simulation"]["precision"] = "double"
+    p = perimpm.Simulation(box).particles
+    assert np.allclose(p["x"].min(axis=0), [-0.275, 0.525, -0.275])  # half a spacing inside the box
+    assert np.allclose(p["x"].max(axis=0), [0.275, 1.075, 0.275])
+    assert np.allclose(p["v"], [1.0, 0.0, 0.0])
+    assert np.allclose(p["mass"], 1000.0 * 0.05**3)
+    assert np.array_equal(p.of("rubber")["F"], np.broadcast_to(np.eye(3), (1728, 3, 3)))
+    assert p.unit("v") == "m/s"
+
+
+def test_tensors_are_row_major(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    sim.particles["v"][:, 0] = sim.particles["x"][:, 1]  # dv_x / dy = 1/s
+    sim.particles["C"][:] = [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    dt = sim.step()
+    F = sim.particles["F"]
+    assert np.allclose(F[:, 0, 1], dt, rtol=1e-3)
+    assert np.allclose(F[:, 1, 0], 0.0, atol=1e-3 * dt)
+
+
+def test_writing_changes_the_simulation(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    sim.particles["v"][:, 2] = 3.0
+    assert sim.ledger.momentum[2] == pytest.approx(3.0 * 1000.0 * 0.6**3, rel=1e-5)
+
+
+def test_moved_particles_are_sorted_anew(box: dict[str, Any]) -> None:
+    box["simulation"]["gravity"] = [0.0, 0.0, 0.0]
+    sim = perimpm.Simulation(box)
+    x = sim.particles["x"]
+    x[:, 2] += 0.5
+    before = sim.particles.by_id("x")
+    sim.step()
+    moved = sim.particles.by_id("x") - before
+    assert np.allclose(moved[:, 0], sim.time, rtol=1e-3)  # 1 m/s
+    assert np.allclose(moved[:, 2], 0.0, atol=1e-6)
+
+
+def test_a_view_keeps_the_simulation_alive(box: dict[str, Any]) -> None:
+    x = perimpm.Simulation(box).particles["x"]
+    gc.collect()
+    assert not x.flags.owndata
+    assert np.isfinite(x).all()
+
+
+def test_by_id_survives_re_sorting(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    start, generation = sim.particles.by_id("x"), sim.particles.generation
+    while sim.particles.generation == generation:
+        sim.step()
+    assert np.array_equal(sim.particles.by_id("id"), np.arange(1728))
+    drop = np.array([1.0 * sim.time, -0.5 * 9.81 * sim.time**2, 0.0])
+    assert np.allclose(sim.particles.by_id("x") - start, drop, atol=0.02)
+
+
+def test_mapping(box: dict[str, Any]) -> None:
+    p = perimpm.Simulation(box).particles
+    assert {"x", "v", "mass", "volume", "id"} <= set(p)
+    assert "x" in p and "y" not in p
+    assert len(p) == len(list(p))
+
+
+def test_unknown_names(box: dict[str, Any]) -> None:
+    p = perimpm.Simulation(box).particles
+    with pytest.raises(KeyError, match="did you mean 'mass'"):
+        p["mas"]
+    with pytest.raises(perimpm.InputError, match="rubber"):
+        p.of("ruber")

@@ -1,0 +1,130 @@
+"""Running and stepping."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import perimpm
+
+
+def test_free_fall(box: dict[str, Any]) -> None:
+    box["simulation"]["precision"] = "double"
+    sim = perimpm.Simulation(box)
+    sim.step(5)
+    assert sim.steps == 5
+    mass = 1000.0 * 0.6**3
+    assert sim.ledger.momentum[1] == pytest.approx(-mass * 9.81 * sim.time, rel=1e-12)
+    assert sim.ledger.momentum[0] == pytest.approx(mass, rel=1e-12)
+
+
+def test_run_reaches_frame_times_exactly(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    sim.run(frames=2)
+    assert sim.time == pytest.approx(1 / 24, rel=1e-12)
+    sim.run(frames=3)
+    assert sim.time == pytest.approx(2 / 24, rel=1e-12)
+    sim.run()
+    assert sim.time == pytest.approx(0.1, rel=1e-12)
+
+
+def test_split_run_equals_whole_run(box: dict[str, Any]) -> None:
+    whole, split = perimpm.Simulation(box), perimpm.Simulation(box)
+    whole.run(frames=3)
+    split.run(frames=2)
+    split.run(frames=3)
+    assert whole.steps == split.steps
+    assert np.array_equal(whole.particles.by_id("x"), split.particles.by_id("x"))
+
+
+@pytest.mark.parametrize("scene", ["box", "bonded"])
+def test_threads_do_not_change_a_bit(scene: str, request: pytest.FixtureRequest) -> None:
+    tree = request.getfixturevalue(scene)
+    tree["body"][0]["initial_velocity"] = [0.0, -6.0, 0.0]  # reaches the floor
+    one, two = (perimpm.Simulation(tree, threads=n) for n in (1, 2))
+    one.run()
+    two.run()
+    assert one.steps == two.steps
+    for name in ("x", "v"):
+        assert np.array_equal(one.particles.by_id(name), two.particles.by_id(name))
+
+
+def test_no_frames_is_an_error(box: dict[str, Any]) -> None:
+    with pytest.raises(perimpm.InputError, match="frames = 0"):
+        perimpm.Simulation(box).run(frames=0)
+
+
+def test_other_threads_go_on(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    turns = 0
+    done = threading.Event()
+
+    def spin() -> None:
+        nonlocal turns
+        while not done.is_set():
+            turns += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    before = turns
+    sim.step(100)
+    during = turns - before
+    done.set()
+    thread.join()
+    assert during > 1000
+
+
+def test_a_second_thread_is_refused(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    running = threading.Thread(target=sim.step, args=(300,))
+    running.start()
+    refused = False
+    while running.is_alive() and not refused:
+        try:
+            sim.ledger
+        except RuntimeError as error:
+            refused = "another thread" in str(error)
+    running.join()
+    assert refused
+    assert sim.steps == 300
+
+
+def test_ctrl_c_stops_after_a_step_with_whole_files(box: dict[str, Any], tmp_path: Path) -> None:
+    sim = perimpm.Simulation(box, ["simulation.end_time=1000.0"])
+    threading.Timer(0.7, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(output=tmp_path)
+    assert json.loads((tmp_path / "run.json").read_text())["status"] == "stopped"
+    assert not list(tmp_path.glob("*.part"))
+    steps = sim.steps
+    sim.step()
+    assert sim.steps == steps + 1
+
+
+def test_failure_dumps_the_state(box: dict[str, Any], tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    sim = perimpm.Simulation(box)
+    sim.particles["v"][7, 0] = np.nan
+    with pytest.raises(perimpm.SimulationError):
+        sim.run(output=tmp_path)
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert record["status"] == "failed" and record["error"]
+    with h5py.File(tmp_path / "failed.h5") as file:
+        assert {"x", "v", "C", "mass"} <= set(file)
+
+
+def test_pass_times(box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    sim.step(3)
+    calls = {p.name: p.calls for p in sim.pass_times}
+    assert calls["gather"] == 3
+    assert all(p.seconds >= 0 for p in sim.pass_times)
