@@ -13,18 +13,6 @@ namespace {
 
 constexpr Family kFamilies[] = {Family::transfer, Family::constitutive, Family::fracture};
 
-const char* name_of(Family family) {
-    switch (family) {
-        case Family::transfer:
-            return "transfer";
-        case Family::constitutive:
-            return "constitutive";
-        case Family::fracture:
-            return "fracture";
-    }
-    return "";
-}
-
 /// An opened plugin under the family it belongs to.
 struct Model {
     Family family;
@@ -133,7 +121,7 @@ void bind_registry(py::module_& m) {
     bind_param(m);
     py::class_<Model>(m, "Model", "A model as its plugin describes it.")
         .def_property_readonly("name", [](const Model& model) { return model.plugin->name; })
-        .def_property_readonly("family", [](const Model& model) { return name_of(model.family); })
+        .def_property_readonly("family", [](const Model& model) { return family_name(model.family); })
         .def_property_readonly("path", [](const Model& model) { return model.plugin->path; })
         .def_property_readonly("summary", [](const Model& model) { return model.plugin->descriptor->summary; })
         .def_property_readonly("params", &params_of);
@@ -144,7 +132,7 @@ void bind_registry(py::module_& m) {
             std::vector<std::tuple<std::string, std::string, std::string>> files;
             for (Family family : kFamilies)
                 for (const PluginFile& file : installed(family))
-                    files.emplace_back(name_of(family), file.name, file.path);
+                    files.emplace_back(family_name(family), file.name, file.path);
             return files;
         },
         "(family, name, file) of every plugin; opens none.");

@@ -107,15 +107,21 @@ def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> St
 
 
 def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:
-    """The frame of the largest elastic energy, where things are most deformed; else the middle one."""
+    """The first impact, when energy.csv shows one; else the middle frame."""
     table = source.folder / "energy.csv"
     if table.exists():
-        rows = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)
-        shown = [n for n in numbers if n <= len(rows)]
-        elastic = np.array([rows["elastic"][n - 1] for n in shown])
-        if len(shown) and np.isfinite(elastic).any():
-            return shown[int(np.nanargmax(elastic))]
+        elastic = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)["elastic"]
+        shown = [n for n in numbers if n <= len(elastic)]
+        if shown and np.isfinite(elastic).all() and elastic.max() > 0:
+            return shown[first_peak(elastic[np.array(shown) - 1])]
     return numbers[len(numbers) // 2]
+
+
+def first_peak(values: Array) -> int:
+    """Index of the first local maximum that reaches half of the largest value."""
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    peak = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= 0.5 * values.max())
+    return int(np.argmax(peak))
 
 
 class _BodyColors:

@@ -67,11 +67,12 @@ class Stage:
         radius = np.hypot(grid[:, None], grid[None, :])
         fade = np.clip((radius - 0.30) / 0.65, 0.0, 1.0)
         self._fade = (fade * fade * (3 - 2 * fade))[..., None]
+        self._grain = np.random.default_rng(1).uniform(0.99, 1.01, (FLOOR_PIXELS, FLOOR_PIXELS, 1))  # hides bands
 
     def _floor_image(self, light: Array | None) -> Array:
         if light is None:
             return np.zeros((2, 2, 3), np.uint8)
-        shown = tone(light * FLOOR * (1 - self._fade) + BACKDROP * self._fade)
+        shown = tone((light * FLOOR * (1 - self._fade) + BACKDROP * self._fade) * self._grain)
         return np.ascontiguousarray(np.swapaxes(shown, 0, 1)[::-1])  # rows of a texture run down z
 
     def _aim(self, points: Array) -> None:

@@ -1,10 +1,10 @@
-/*! Prototype microelastic brittle solid: one central spring per bond (Silling & Askari 2005, doi:10.1016/j.compstruc.2004.11.026).
-      (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per volume squared [N/m^6]
-      (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
-      (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
-      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008)
-    Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
-    taking the mean of its two constants (`surface = "family"`). */
+/*! Prototype microelastic brittle solid: one central spring per bond (Silling & Askari 2005,
+   doi:10.1016/j.compstruc.2004.11.026). (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per
+   volume squared [N/m^6] (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration =
+   "continuum"` (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact
+   for isotropic strain (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks
+   et al. 2008) Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own
+   family, a pair taking the mean of its two constants (`surface = "family"`). */
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
@@ -18,11 +18,20 @@ using namespace perimpm::peridynamics;
 constexpr ParamSpec kParams[] = {
     {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus"},
     {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "family radius delta / h"},
-    {.key = "calibration", .kind = ParamKind::choice, .default_text = "lattice", .choices = "lattice|continuum",
+    {.key = "calibration",
+     .kind = ParamKind::choice,
+     .default_text = "lattice",
+     .choices = "lattice|continuum",
      .doc = "micromodulus from the discrete family (3) or from the continuum (2)"},
-    {.key = "surface", .kind = ParamKind::choice, .default_text = "family", .choices = "none|family",
+    {.key = "surface",
+     .kind = ParamKind::choice,
+     .default_text = "family",
+     .choices = "none|family",
      .doc = "what (3) sums over: the full lattice, or each particle's own family"},
-    {.key = "volume_correction", .kind = ParamKind::choice, .default_text = "none", .choices = "none|linear",
+    {.key = "volume_correction",
+     .kind = ParamKind::choice,
+     .default_text = "none",
+     .choices = "none|linear",
      .doc = "partial volumes of neighbours at the rim, (4)"},
 };
 enum ParticleState { kMicromodulus };
@@ -37,18 +46,28 @@ class PdBond final : public ConstitutiveLaw<Real> {
 
 public:
     explicit PdBond(const Params& p)
-        : youngs_modulus_{p["youngs_modulus"]}, density_{p.context().density}, spacing_{p.context().particle_spacing},
-          horizon_{p["horizon"] * spacing_}, own_family_{p.is("surface", "family")}, partial_{p.is("volume_correction", "linear")} {
+        : youngs_modulus_{p["youngs_modulus"]},
+          density_{p.context().density},
+          spacing_{p.context().particle_spacing},
+          horizon_{p["horizon"] * spacing_},
+          own_family_{p.is("surface", "family")},
+          partial_{p.is("volume_correction", "linear")} {
         const double eighteen_K = 18 * bulk_modulus(youngs_modulus_, kPoissonRatio);
         const bool continuum = p.is("calibration", "continuum");
         if (continuum && p.given("surface") && own_family_)
-            throw InvalidParameter("surface", "\"family\" contradicts calibration = \"continuum\", which uses one constant for all");
+            throw InvalidParameter(
+                "surface", "\"family\" contradicts calibration = \"continuum\", which uses one constant for all");
         own_family_ = own_family_ && !continuum;
-        full_c_ = eighteen_K / (continuum ? std::numbers::pi * std::pow(horizon_, 4)                        // (2)
-                                          : lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); }));  // (3)
+        full_c_ =
+            eighteen_K / (continuum ? std::numbers::pi * std::pow(horizon_, 4)                                  // (2)
+                                    : lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); }));  // (3)
     }
     LawNeeds needs() const noexcept override {
-        return {.bonds = true, .horizon = horizon_, .rounds = 2, .particle_state = kParticleState, .bond_state = kBondState};
+        return {.bonds = true,
+                .horizon = horizon_,
+                .rounds = 2,
+                .particle_state = kParticleState,
+                .bond_state = kBondState};
     }
     EffectiveModuli moduli() const noexcept override { return {youngs_modulus_, kPoissonRatio}; }
 
@@ -65,7 +84,8 @@ public:
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
                 const P y = norm(Y);
-                const P pull = live * bonds.load(stiffness) * (y - bonds.load(b.family.length)) * inverse_length(y);  // (1)
+                const P pull =
+                    live * bonds.load(stiffness) * (y - bonds.load(b.family.length)) * inverse_length(y);  // (1)
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
             });
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
@@ -87,13 +107,16 @@ public:
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P extension = norm(Y) - bonds.load(b.family.length);
                 // a quarter: half the spring energy, half for each of the pair's two entries
-                total += 0.25 * static_cast<double>(reduce(live * bonds.load(b.bond_state[kStiffness]) * extension * extension));
+                total += 0.25 * static_cast<double>(
+                                    reduce(live * bonds.load(b.bond_state[kStiffness]) * extension * extension));
             });
         return total;
     }
 
 private:
-    double beta(double X) const { return partial_ ? std::clamp((horizon_ - X) / spacing_ + 0.5, 0.0, 1.0) : 1.0; }  // (4)
+    double beta(double X) const {
+        return partial_ ? std::clamp((horizon_ - X) / spacing_ + 0.5, 0.0, 1.0) : 1.0;
+    }  // (4)
 
     void set_micromodulus(Block<Real>& b, std::uint32_t i) const {
         double sum = 0;
@@ -110,8 +133,8 @@ private:
             const std::uint32_t j = b.family.neighbour[slot];
             const double X = static_cast<double>(b.family.length[slot]);
             const double mean_c = 0.5 * (static_cast<double>(c[b.first + i]) + static_cast<double>(c[j]));
-            b.bond_state[kStiffness][slot] =
-                static_cast<Real>(mean_c * beta(X) * static_cast<double>(b.volume[i]) * static_cast<double>(b.family.volume[j]) / X);
+            b.bond_state[kStiffness][slot] = static_cast<Real>(mean_c * beta(X) * static_cast<double>(b.volume[i]) *
+                                                               static_cast<double>(b.family.volume[j]) / X);
         }
     }
 
@@ -121,4 +144,5 @@ private:
 };
 }  // namespace
 
-PERIMPM_PLUGIN(ConstitutiveLaw, PdBond, kParams, "prototype microelastic peridynamics: one central spring per bond, nu = 1/4")
+PERIMPM_PLUGIN(ConstitutiveLaw, PdBond, kParams,
+               "prototype microelastic peridynamics: one central spring per bond, nu = 1/4")

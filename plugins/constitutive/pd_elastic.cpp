@@ -1,17 +1,15 @@
-/*! Integral-based elastic law of Lyu, Zhang, Chang, Guo, Zhang 2019, "Integrating Peridynamics with Material Point Method for
-    Elastoplastic Material Modeling". Equation numbers are the paper's.
-      (4) F- = [sum w Y (x) X] K^+,  K = sum w X (x) X               integral deformation gradient of the family
-          Y- = F- X                                                  averaged bond
-      (5) E = sum w (mu (|Y-|/|X| - 1)^2 + lambda/2 (|Y|/|X| - 1)^2)
-      (6) T<p,q> = (2 mu w/|X|^2) (|Y-| - |X|) dir Y-  +  (lambda w/|X|^2) (|Y| - |X|) dir Y     force state [N/m^6]
-      (7) f_p = V_p sum_q (T<p,q> - T<q,p>) V_q                      force of the particle [N]
-          w = 5 w^ / sum_q w^ V_q,  w^ = 1 - |X|/delta (linear, the paper's) or 1     weight [1/m^3]
-    Differs from print: (4) has the X that print lost and the pseudo-inverse of K (relative cut kSingular), so that coplanar
-    and collinear families work and Y- stays exact inside their span; (7) without m_p and with w once, as dimensions demand;
-    w on the reference length. Under homogeneous strain Y- = Y and the law is one spring of stiffness 2 mu + lambda: Poisson's
-    ratio is 1/4 for every mu and lambda, and E = 5/6 (2 mu + lambda). mu resists bending, it is not a shear modulus.
-    `surface`: sum_q w^ V_q over the full lattice ("none") or over the particle's own family ("family").
-    Linear momentum is exact; angular momentum and energy are not, under inhomogeneous strain with mu > 0. */
+/*! Integral-based elastic law of Lyu, Zhang, Chang, Guo, Zhang 2019, "Integrating Peridynamics with Material Point
+   Method for Elastoplastic Material Modeling". Equation numbers are the paper's. (4) F- = [sum w Y (x) X] K^+,  K = sum
+   w X (x) X               integral deformation gradient of the family Y- = F- X averaged bond (5) E = sum w (mu
+   (|Y-|/|X| - 1)^2 + lambda/2 (|Y|/|X| - 1)^2) (6) T<p,q> = (2 mu w/|X|^2) (|Y-| - |X|) dir Y-  +  (lambda w/|X|^2)
+   (|Y| - |X|) dir Y     force state [N/m^6] (7) f_p = V_p sum_q (T<p,q> - T<q,p>) V_q                      force of the
+   particle [N] w = 5 w^ / sum_q w^ V_q,  w^ = 1 - |X|/delta (linear, the paper's) or 1     weight [1/m^3] Differs from
+   print: (4) has the X that print lost and the pseudo-inverse of K (relative cut kSingular), so that coplanar and
+   collinear families work and Y- stays exact inside their span; (7) without m_p and with w once, as dimensions demand;
+    w on the reference length. Under homogeneous strain Y- = Y and the law is one spring of stiffness 2 mu + lambda:
+   Poisson's ratio is 1/4 for every mu and lambda, and E = 5/6 (2 mu + lambda). mu resists bending, it is not a shear
+   modulus. `surface`: sum_q w^ V_q over the full lattice ("none") or over the particle's own family ("family"). Linear
+   momentum is exact; angular momentum and energy are not, under inhomogeneous strain with mu > 0. */
 #include <Eigen/Eigenvalues>
 
 #include "perimpm/peridynamics/family.hpp"
@@ -22,17 +20,37 @@ using namespace perimpm;
 using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .optional = true, .doc = "Young's modulus; calibration \"modulus\""},
-    {.key = "bending_ratio", .range = at_least(0), .default_value = 1.0,
+    {.key = "youngs_modulus",
+     .unit = "Pa",
+     .range = above(0),
+     .optional = true,
+     .doc = "Young's modulus; calibration \"modulus\""},
+    {.key = "bending_ratio",
+     .range = at_least(0),
+     .default_value = 1.0,
      .doc = "mu / lambda: share of the averaged bond; 0 leaves one spring per bond; calibration \"modulus\""},
     {.key = "mu", .unit = "Pa", .range = at_least(0), .optional = true, .doc = "mu of (5); calibration \"paper\""},
-    {.key = "lambda", .unit = "Pa", .range = at_least(0), .optional = true, .doc = "lambda of (5); calibration \"paper\""},
-    {.key = "calibration", .kind = ParamKind::choice, .default_text = "modulus", .choices = "modulus|paper",
+    {.key = "lambda",
+     .unit = "Pa",
+     .range = at_least(0),
+     .optional = true,
+     .doc = "lambda of (5); calibration \"paper\""},
+    {.key = "calibration",
+     .kind = ParamKind::choice,
+     .default_text = "modulus",
+     .choices = "modulus|paper",
      .doc = "stiffness from youngs_modulus and bending_ratio, or mu and lambda as printed"},
     {.key = "poisson_ratio", .range = open(-1, 0.5), .default_value = 0.25, .doc = "must be 1/4"},
     {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 2.01, .doc = "family radius delta / h"},
-    {.key = "influence", .kind = ParamKind::choice, .default_text = "linear", .choices = "linear|constant", .doc = "w^"},
-    {.key = "surface", .kind = ParamKind::choice, .default_text = "family", .choices = "none|family",
+    {.key = "influence",
+     .kind = ParamKind::choice,
+     .default_text = "linear",
+     .choices = "linear|constant",
+     .doc = "w^"},
+    {.key = "surface",
+     .kind = ParamKind::choice,
+     .default_text = "family",
+     .choices = "none|family",
      .doc = "weights normalised by the full lattice or by each particle's own family"},
 };
 enum ParticleState { kNormalisation, kShapeInverse, kMeanDeformation };
@@ -54,25 +72,35 @@ class PdElastic final : public ConstitutiveLaw<Real> {
 
 public:
     explicit PdElastic(const Params& p)
-        : density_{p.context().density}, horizon_{p["horizon"] * p.context().particle_spacing},
-          linear_{p.is("influence", "linear")}, own_family_{p.is("surface", "family")} {
+        : density_{p.context().density},
+          horizon_{p["horizon"] * p.context().particle_spacing},
+          linear_{p.is("influence", "linear")},
+          own_family_{p.is("surface", "family")} {
         if (p["poisson_ratio"] != kPoissonRatio)
-            throw InvalidParameter("poisson_ratio", "pd_elastic has 1/4 whatever mu and lambda; another ratio needs a law like pd_lps");
+            throw InvalidParameter("poisson_ratio",
+                                   "pd_elastic has 1/4 whatever mu and lambda; another ratio needs a law like pd_lps");
         const bool paper = p.is("calibration", "paper");
         for (const char* key : {"mu", "lambda"})
             if (p.given(key) != paper)
-                throw InvalidParameter(key, paper ? "is required by calibration = \"paper\"" : "belongs to calibration = \"paper\"");
+                throw InvalidParameter(
+                    key, paper ? "is required by calibration = \"paper\"" : "belongs to calibration = \"paper\"");
         for (const char* key : {"youngs_modulus", "bending_ratio"})
             if (paper && p.given(key)) throw InvalidParameter(key, "belongs to calibration = \"modulus\"");
-        if (!paper && !p.given("youngs_modulus")) throw InvalidParameter("youngs_modulus", "is required by calibration = \"modulus\"");
+        if (!paper && !p.given("youngs_modulus"))
+            throw InvalidParameter("youngs_modulus", "is required by calibration = \"modulus\"");
         lambda_ = paper ? p["lambda"] : 1.2 * p["youngs_modulus"] / (1 + 2 * p["bending_ratio"]);
         mu_ = paper ? p["mu"] : p["bending_ratio"] * lambda_;
         if (mu_ + lambda_ <= 0) throw InvalidParameter("lambda", "mu and lambda must not both be 0");
         full_weight_ = lattice_sum(horizon_, p.context().particle_spacing, [&](double X) { return influence(X); });
     }
     LawNeeds needs() const noexcept override {
-        LawNeeds n{.bonds = true, .prepare = mu_ > 0, .horizon = horizon_, .rounds = 2, .particle_state = kParticleState, .bond_state = kBondState};
-        if (linear_) n.horizon *= 1 - 1e-9;            // the rim has w^ = 0: not a bond
+        LawNeeds n{.bonds = true,
+                   .prepare = mu_ > 0,
+                   .horizon = horizon_,
+                   .rounds = 2,
+                   .particle_state = kParticleState,
+                   .bond_state = kBondState};
+        if (linear_) n.horizon *= 1 - 1e-9;                   // the rim has w^ = 0: not a bond
         if (mu_ == 0) n.particle_state.size = kShapeInverse;  // one spring per bond needs no F-
         return n;
     }
@@ -80,8 +108,10 @@ public:
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) {
-            if (round == 0) set_normalisation(b, i);
-            else set_stiffness(b, i);
+            if (round == 0)
+                set_normalisation(b, i);
+            else
+                set_stiffness(b, i);
             if (round == 1 && mu_ > 0) set_shape_inverse(b, i);
         }
     }
@@ -115,8 +145,10 @@ public:
     void evaluate(Block<Real>& b, Real) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) {
             P f[3] = {P(0), P(0), P(0)};
-            if (mu_ > 0) add_both_terms(b, i, f);
-            else add_spring_term(b, i, f);
+            if (mu_ > 0)
+                add_both_terms(b, i, f);
+            else
+                add_spring_term(b, i, f);
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
         }
     }
@@ -145,7 +177,8 @@ public:
                     twice += real(2 * mu_) * averaged * averaged;
                 }
                 const P share = own_share(b, i, bonds);
-                total += 0.5 * static_cast<double>(reduce(live * share * bonds.load(b.bond_state[kStiffness]) * twice));  // (5)
+                total += 0.5 * static_cast<double>(
+                                   reduce(live * share * bonds.load(b.bond_state[kStiffness]) * twice));  // (5)
             });
         return total;
     }
@@ -154,7 +187,9 @@ private:
     double modulus() const { return 2 * mu_ + lambda_; }
     static P real(double value) { return P(static_cast<Real>(value)); }
     template <class T>
-    T influence(const T& X) const { return linear_ ? T(1) - X * T(Scalar<T>(1 / horizon_)) : T(1); }
+    T influence(const T& X) const {
+        return linear_ ? T(1) - X * T(Scalar<T>(1 / horizon_)) : T(1);
+    }
 
     /// w_p / (w_p + w_q).
     P own_share(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds) const {
@@ -192,10 +227,12 @@ private:
             const P length = bonds.load(b.family.length);
             const P stiffness = live * bonds.load(b.bond_state[kStiffness]);
             const P share = own_share(b, i, bonds);
-            const P spring = stiffness * real(lambda_) * relative_extension(Y, length);                        // (6), second term
-            const P from_own = stiffness * share * real(2 * mu_) * relative_extension(own, length);            // (6), first term of T<p,q>
-            const P from_other = stiffness * (P(1) - share) * real(2 * mu_) * relative_extension(other, length);  // and of -T<q,p>
-            for (int c = 0; c < 3; ++c) f[c] += spring * Y[c] + from_own * own[c] + from_other * other[c];     // (7)
+            const P spring = stiffness * real(lambda_) * relative_extension(Y, length);  // (6), second term
+            const P from_own =
+                stiffness * share * real(2 * mu_) * relative_extension(own, length);  // (6), first term of T<p,q>
+            const P from_other =
+                stiffness * (P(1) - share) * real(2 * mu_) * relative_extension(other, length);  // and of -T<q,p>
+            for (int c = 0; c < 3; ++c) f[c] += spring * Y[c] + from_own * own[c] + from_other * other[c];  // (7)
         });
     }
 
@@ -207,7 +244,8 @@ private:
     void set_normalisation(Block<Real>& b, std::uint32_t i) const {
         double sum = 0;
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
-            sum += influence(static_cast<double>(b.family.length[slot])) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
+            sum += influence(static_cast<double>(b.family.length[slot])) *
+                   static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
         if (!own_family_) sum = full_weight_;
         b.particle_state[kNormalisation][0][i] = static_cast<Real>(sum > 0 ? 5 / sum : 0);
     }
@@ -217,8 +255,9 @@ private:
             const std::uint32_t j = b.family.neighbour[slot];
             const double length = static_cast<double>(b.family.length[slot]);
             const double both = static_cast<double>(normalisation[b.first + i]) + static_cast<double>(normalisation[j]);
-            b.bond_state[kStiffness][slot] = static_cast<Real>(both * influence(length) * static_cast<double>(b.volume[i]) *
-                                                               static_cast<double>(b.family.volume[j]) / (length * length));
+            b.bond_state[kStiffness][slot] =
+                static_cast<Real>(both * influence(length) * static_cast<double>(b.volume[i]) *
+                                  static_cast<double>(b.family.volume[j]) / (length * length));
         }
     }
     void set_shape_inverse(Block<Real>& b, std::uint32_t i) const {
@@ -226,7 +265,8 @@ private:
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             if (b.family.is_broken(slot)) continue;
             const Eigen::Vector3d X = reference_bond(b, i, slot);
-            K += influence(X.norm()) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]) * X * X.transpose();
+            K += influence(X.norm()) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]) * X *
+                 X.transpose();
         }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(K);
         const Eigen::Vector3d k = eigen.eigenvalues();
@@ -234,7 +274,8 @@ private:
         for (int c = 0; c < 3; ++c) inverse[c] = k[c] > kSingular * k[2] ? 1 / k[c] : 0;
         const Eigen::Matrix3d pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
         constexpr int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
-        for (int c = 0; c < 6; ++c) b.particle_state[kShapeInverse][c][i] = static_cast<Real>(pseudo(row[c], column[c]));
+        for (int c = 0; c < 6; ++c)
+            b.particle_state[kShapeInverse][c][i] = static_cast<Real>(pseudo(row[c], column[c]));
     }
 
     double density_, horizon_, mu_, lambda_;
@@ -243,4 +284,5 @@ private:
 };
 }  // namespace
 
-PERIMPM_PLUGIN(ConstitutiveLaw, PdElastic, kParams, "peridynamic elasticity of Lyu et al. 2019: bond springs and averaged bonds, nu = 1/4")
+PERIMPM_PLUGIN(ConstitutiveLaw, PdElastic, kParams,
+               "peridynamic elasticity of Lyu et al. 2019: bond springs and averaged bonds, nu = 1/4")

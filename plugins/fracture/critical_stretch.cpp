@@ -1,6 +1,5 @@
-/*! Critical stretch (Silling & Askari 2005, section 4): a bond longer than (1 + s0) |X| breaks, for good. Compression breaks
-    nothing.
-      (1) s = (|Y| - |X|)/|X| > s0 */
+/*! Critical stretch (Silling & Askari 2005, section 4): a bond longer than (1 + s0) |X| breaks, for good. Compression
+   breaks nothing. (1) s = (|Y| - |X|)/|X| > s0 */
 #include "perimpm/peridynamics/family.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -10,7 +9,11 @@ using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
     {.key = "critical_stretch", .range = above(0), .doc = "s0 in (1)"},
-    {.key = "interval", .kind = ParamKind::integer, .unit = "steps", .range = at_least(1), .default_value = 1,
+    {.key = "interval",
+     .kind = ParamKind::integer,
+     .unit = "steps",
+     .range = at_least(1),
+     .default_value = 1,
      .doc = "the criterion is asked every so many steps"},
 };
 
@@ -29,7 +32,8 @@ public:
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
                 const P longest = limit_ * bonds.load(b.family.length);
-                const auto over = live > P(0) && Y[0] * Y[0] + Y[1] * Y[1] + Y[2] * Y[2] > longest * longest;  // (1), squared
+                const auto over =
+                    live > P(0) && Y[0] * Y[0] + Y[1] * Y[1] + Y[2] * Y[2] > longest * longest;  // (1), squared
                 if (any_of(over))
                     for (std::uint32_t lane = 0; lane < bonds.size; ++lane)
                         if (over[lane]) found.add(b.first + i, bonds.slot + lane);
@@ -43,4 +47,5 @@ private:
 };
 }  // namespace
 
-PERIMPM_PLUGIN(FractureCriterion, CriticalStretch, kParams, "bonds longer than (1 + s0) times their reference length break")
+PERIMPM_PLUGIN(FractureCriterion, CriticalStretch, kParams,
+               "bonds longer than (1 + s0) times their reference length break")

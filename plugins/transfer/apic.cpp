@@ -13,12 +13,14 @@ using namespace perimpm;
 constexpr ParamSpec kParams[] = {bspline::kOrder, bspline::kDivergence};
 
 struct Scheme {
-    static constexpr bool affine = true;      // (1), (3)
+    static constexpr bool affine = true;  // (1), (3)
     static constexpr bool increment = false;
 
     explicit Scheme(const Params&) {}
     template <class Real>
-    Real velocity(Real, Real grid, Real) const { return grid; }  // (2)
+    Real velocity(Real, Real grid, Real) const {
+        return grid;
+    }  // (2)
 };
 
 template <class Real>

@@ -9,7 +9,8 @@ namespace {
 using namespace perimpm;
 
 constexpr ParamSpec kParams[] = {
-    bspline::kOrder, bspline::kDivergence,
+    bspline::kOrder,
+    bspline::kDivergence,
     {.key = "blend", .range = closed(0, 1), .default_value = 0.99, .doc = "b in (2): share of FLIP, the rest is PIC"},
 };
 
@@ -30,4 +31,5 @@ template <class Real>
 using Flip = bspline::Transfer<Real, Scheme>;
 }  // namespace
 
-PERIMPM_PLUGIN(TransferKernel, Flip, kParams, "fluid-implicit-particle, blended with PIC: lively, keeps invisible modes")
+PERIMPM_PLUGIN(TransferKernel, Flip, kParams,
+               "fluid-implicit-particle, blended with PIC: lively, keeps invisible modes")

@@ -15,7 +15,8 @@ public:
     void kick(TransferBlock<Real>& b, const Real gravity[3]) const override {
         const Real half = b.dt / 2;
         for (int c = 0; c < 3; ++c)
-            for (std::size_t p = 0; p < b.size; ++p) b.v[c][p] += half * (b.force[c][p] / b.mass[p] + gravity[c]);  // (1)
+            for (std::size_t p = 0; p < b.size; ++p)
+                b.v[c][p] += half * (b.force[c][p] / b.mass[p] + gravity[c]);  // (1)
     }
     void drift(TransferBlock<Real>& b) const override {
         for (int c = 0; c < 3; ++c)
@@ -24,4 +25,5 @@ public:
 };
 }  // namespace
 
-PERIMPM_PLUGIN_WITHOUT_PARAMS(TransferKernel, Particle, "no grid: particles move by their own bond forces, velocity Verlet")
+PERIMPM_PLUGIN_WITHOUT_PARAMS(TransferKernel, Particle,
+                              "no grid: particles move by their own bond forces, velocity Verlet")

@@ -16,7 +16,9 @@ struct Scheme {
 
     explicit Scheme(const Params&) {}
     template <class Real>
-    Real velocity(Real, Real grid, Real) const { return grid; }  // (2)
+    Real velocity(Real, Real grid, Real) const {
+        return grid;
+    }  // (2)
 };
 
 template <class Real>

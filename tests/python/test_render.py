@@ -10,7 +10,7 @@ import pytest
 
 import perimpm
 from perimpm.cli import main
-from perimpm.render import missing_parts, pieces
+from perimpm.render import first_peak, missing_parts, pieces
 from perimpm.shading import Lighting, blur, spacing_of
 
 needs_gl = pytest.mark.skipif(bool(missing_parts()), reason=missing_parts())
@@ -55,6 +55,12 @@ def test_pieces() -> None:
     label = pieces(np.concatenate([a, b]))
     assert len(set(label[:125])) == len(set(label[125:])) == 1
     assert label[0] != label[125]
+
+
+def test_first_peak() -> None:
+    assert first_peak(np.array([0.0, 0.1, 0.0, 6.0, 8.0, 7.0, 9.0, 1.0])) == 4
+    assert first_peak(np.array([0.0, 1.0, 2.0])) == 2
+    assert first_peak(np.array([3.0])) == 0
 
 
 @needs_gl

@@ -67,13 +67,6 @@ constexpr ParamSpec face(const char* key) {
 }
 constexpr ParamSpec kFacesTable[] = {face("min_x"), face("max_x"), face("min_y"),
                                      face("max_y"), face("min_z"), face("max_z")};
-constexpr ParamSpec kTransferTable[] = {
-    {.key = "stress_divergence",
-     .kind = choice,
-     .default_text = "gradient",
-     .choices = "gradient|mls",
-     .doc = "internal forces by shape function gradients or by moving least squares"},
-};
 constexpr ParamSpec kMaterialTable[] = {
     {.key = "density", .unit = "kg/m^3", .range = above(0.0), .doc = "reference mass density"},
     {.key = "constitutive", .kind = table, .doc = "{ type = constitutive plugin, its parameters }"},
@@ -174,7 +167,6 @@ constinit const std::span<const ParamSpec> kSimulation = kSimulationTable;
 constinit const std::span<const ParamSpec> kGrid = kGridTable;
 constinit const std::span<const ParamSpec> kDomain = kDomainTable;
 constinit const std::span<const ParamSpec> kFaces = kFacesTable;
-constinit const std::span<const ParamSpec> kTransfer = kTransferTable;
 constinit const std::span<const ParamSpec> kMaterial = kMaterialTable;
 constinit const std::span<const ParamSpec> kBody = kBodyTable;
 constinit const std::span<const ParamSpec> kCollider = kColliderTable;
@@ -193,7 +185,6 @@ std::vector<SectionDoc> scene_reference() {
         section("[grid]", "background grid", kGridTable),
         section("domain = { ... }", "in [grid]", kDomainTable),
         section("faces = { ... }", "in a domain", kFacesTable),
-        section("[transfer]", "beside `type` (a transfer plugin) and the plugin's own keys", kTransferTable),
         section("[material.NAME]", "one solid material", kMaterialTable),
         section("{ from, to, start, end }", "a ramp, in place of a number that may vary per particle", kRampTable),
         section("[[body]]", "one solid made of particles", kBodyTable),

@@ -12,7 +12,6 @@ extern const std::span<const ParamSpec> kSimulation;
 extern const std::span<const ParamSpec> kGrid;
 extern const std::span<const ParamSpec> kDomain;
 extern const std::span<const ParamSpec> kFaces;
-extern const std::span<const ParamSpec> kTransfer;  ///< without "type" and the kernel's own keys
 extern const std::span<const ParamSpec> kMaterial;
 extern const std::span<const ParamSpec> kBody;
 extern const std::span<const ParamSpec> kCollider;

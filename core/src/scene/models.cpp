@@ -16,9 +16,10 @@ struct OwnedReader {
     Value table;
     Reader reader;
 
-    OwnedReader(const Value& source, std::span<const ParamSpec> specs, const std::string& what,
-                std::span<const char* const> extra)
-        : table{source}, reader{table, specs, what, extra} {}
+    OwnedReader(const Value& source, std::span<const ParamSpec> specs, const std::string& what)
+        : table{source}, reader{table, specs, what, kType} {}
+
+    static constexpr const char* kType[] = {"type"};
 };
 
 const Plugin& open_at(const Value& table, Family family, const std::string& name, const std::string& what) {
@@ -45,24 +46,18 @@ bool kernel_needs_grid(const ModelSpec& model, double grid_spacing) {
 
 }  // namespace
 
-ModelSpec read_model(const Value& table, Family family, const std::string& what, std::span<const char* const> extra) {
+ModelSpec read_model(const Value& table, Family family, const std::string& what) {
     const std::string type = read_type(table, what, {});
     const PluginDescriptor& descriptor = *open_at(table, family, type, what).descriptor;
-    std::vector<const char*> let_through{"type"};
-    let_through.insert(let_through.end(), extra.begin(), extra.end());
     const auto owned = std::make_shared<const OwnedReader>(table, std::span{descriptor.params, descriptor.param_count},
-                                                           fmt::format("{} ('{}')", what, type), let_through);
+                                                           fmt::format("{} ('{}')", what, type));
     return {type, {owned, &owned->reader}, table};
 }
 
-TransferSpec read_transfer(const Value& table, double grid_spacing, bool& needs_grid) {
-    std::vector<const char*> ours, theirs{"type"};
-    for (const ParamSpec& spec : keys::kTransfer) ours.push_back(spec.key);
-    ModelSpec model = read_model(table, Family::transfer, "transfer", ours);
-    for (const ParamSpec& spec : model.params->specs()) theirs.push_back(spec.key);
-    const Reader reader{table, keys::kTransfer, model.params->what(), theirs};
+ModelSpec read_transfer(const Value& table, double grid_spacing, bool& needs_grid) {
+    ModelSpec model = read_model(table, Family::transfer, "transfer");
     needs_grid = kernel_needs_grid(model, grid_spacing);
-    return {std::move(model), reader.text("stress_divergence") == "mls"};
+    return model;
 }
 
 }  // namespace perimpm

@@ -136,9 +136,9 @@ Scene read_scene(Value tree, const std::string& folder) {
     bool needs_grid = false;
     scene.transfer = read_transfer(section(r, "transfer"), scene.grid.spacing, needs_grid);
     if (needs_grid && scene.grid.spacing == 0.0) {
-        throw InputError{(r.given("grid") ? section(r, "grid") : tree).place.text(),
-                         fmt::format("missing key 'spacing' [m] in grid: the transfer '{}' works on a grid",
-                                     scene.transfer.model.type)};
+        throw InputError{
+            (r.given("grid") ? section(r, "grid") : tree).place.text(),
+            fmt::format("missing key 'spacing' [m] in grid: the transfer '{}' works on a grid", scene.transfer.type)};
     }
     scene.materials = read_materials(section(r, "material"));
     scene.bodies = read_bodies(r, scene);

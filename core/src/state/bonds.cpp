@@ -31,7 +31,8 @@ public:
         for (std::int64_t i = home[0] - 1; i <= home[0] + 1; ++i)
             for (std::int64_t j = home[1] - 1; j <= home[1] + 1; ++j) {
                 if (i < 0 || j < 0 || i >= cells_[0] || j >= cells_[1]) continue;
-                const std::int64_t low = std::max<std::int64_t>(home[2] - 1, 0), high = std::min(home[2] + 1, cells_[2] - 1);
+                const std::int64_t low = std::max<std::int64_t>(home[2] - 1, 0),
+                                   high = std::min(home[2] + 1, cells_[2] - 1);
                 auto it = std::lower_bound(order_.begin(), order_.end(), Entry{key({i, j, low}), 0});
                 for (; it != order_.end() && it->key <= key({i, j, high}); ++it)
                     if (it->particle != p && (X_[it->particle] - X_[p]).squaredNorm() <= horizon * horizon)
@@ -66,7 +67,8 @@ private:
 std::uint32_t Bonds::opposite(std::uint32_t particle, std::uint32_t slot) const {
     const std::uint32_t q = neighbour[slot];
     const std::uint32_t* begin = neighbour.data() + row[q];
-    return static_cast<std::uint32_t>(std::lower_bound(begin, neighbour.data() + row[q + 1], particle) - neighbour.data());
+    return static_cast<std::uint32_t>(std::lower_bound(begin, neighbour.data() + row[q + 1], particle) -
+                                      neighbour.data());
 }
 
 bool Bonds::break_direction(std::uint32_t particle, std::uint32_t slot) {
@@ -88,8 +90,9 @@ Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, 
             cells.neighbours(static_cast<std::uint32_t>(p), horizon, family);
             for (const std::uint32_t q : family)
                 if ((X[q] - X[p]).norm() <= 1e-9 * horizon)
-                    throw InputError(fmt::format("two particles of one body share the place ({:g}, {:g}, {:g}) m: a bond needs a length",
-                                                 X[p][0], X[p][1], X[p][2]));
+                    throw InputError(fmt::format(
+                        "two particles of one body share the place ({:g}, {:g}, {:g}) m: a bond needs a length",
+                        X[p][0], X[p][1], X[p][2]));
             if (all.size() + family.size() >= std::numeric_limits<std::uint32_t>::max())
                 throw InputError("more than 2^32 - 1 bonds in one material: use a smaller horizon or fewer particles");
             all.insert(all.end(), family.begin(), family.end());

@@ -29,7 +29,8 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         const std::int32_t* c = blocks_[b].coordinate;
         for_each_neighbour(c, [&](int n, std::uint64_t key) {
-            blocks_[b].links[n] = static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
+            blocks_[b].links[n] =
+                static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
         });
         colours_[(c[0] & 1) | (c[1] & 1) << 1 | (c[2] & 1) << 2].push_back(static_cast<std::uint32_t>(b));
     }
@@ -38,8 +39,8 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     if (increment && increments_.size() < needed) increments_ = AlignedArray<Real>(needed + needed / 4);
 }
 
-/// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of three
-/// blocks. copy(tile offset, block, node offset, count), all in numbers.
+/// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of
+/// three blocks. copy(tile offset, block, node offset, count), all in numbers.
 template <class Real>
 template <class Copy>
 void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const {
@@ -48,7 +49,8 @@ void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const 
         for (int j = 0; j < kTileNodes; ++j) {
             const int bi = (i + shift) / kBlockNodes, bj = (j + shift) / kBlockNodes;
             const std::uint32_t* links = block.links + 9 * bi + 3 * bj;
-            const std::size_t row = 4 * (((i + shift) % kBlockNodes) * kBlockNodes + (j + shift) % kBlockNodes) * kBlockNodes;
+            const std::size_t row =
+                4 * (((i + shift) % kBlockNodes) * kBlockNodes + (j + shift) % kBlockNodes) * kBlockNodes;
             const std::size_t tile = 4 * (i * kTileNodes + j) * kTileNodes;
             copy(tile, links[0] * kBlockValues + row + 4 * shift, 4 * kTileOffset);
             copy(tile + 4 * kTileOffset, links[1] * kBlockValues + row, 4 * kBlockNodes);

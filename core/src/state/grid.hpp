@@ -8,15 +8,15 @@
 
 namespace perimpm {
 
-inline constexpr int kBlockNodes = 4;                    ///< nodes and cells along a block's edge
+inline constexpr int kBlockNodes = 4;  ///< nodes and cells along a block's edge
 inline constexpr int kNodesPerBlock = kBlockNodes * kBlockNodes * kBlockNodes;
 inline constexpr std::size_t kBlockValues = 4 * kNodesPerBlock;
 inline constexpr std::uint32_t kNeighbours = 27;
 
 /// A cubic block of cells that holds particles, and the grid blocks that its tile overlaps.
 struct ParticleBlock {
-    std::int32_t coordinate[3];                          ///< in blocks
-    std::uint32_t links[kNeighbours];                    ///< grid blocks at offsets -1, 0, 1, z fastest
+    std::int32_t coordinate[3];        ///< in blocks
+    std::uint32_t links[kNeighbours];  ///< grid blocks at offsets -1, 0, 1, z fastest
 };
 
 /// Sparse grid: only blocks that some particle can reach exist. Nodes of a block: z fastest, four numbers each

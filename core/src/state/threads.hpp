@@ -23,7 +23,9 @@ public:
         arena_.execute([&] { tbb::parallel_for(std::size_t{0}, n, body); });
     }
     template <class Body>
-    void execute(const Body& body) { arena_.execute(body); }
+    void execute(const Body& body) {
+        arena_.execute(body);
+    }
 
 private:
     tbb::task_arena arena_;

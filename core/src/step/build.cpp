@@ -26,7 +26,7 @@ ModelPtr<Interface, Real> create_model(const ModelSpec& spec, const ModelContext
 
 template <class Real>
 void create_transfer(World<Real>& w) {
-    w.transfer = create_model<TransferKernel, Real>(w.scene.transfer.model, {.grid_spacing = w.spacing()});
+    w.transfer = create_model<TransferKernel, Real>(w.scene.transfer, {.grid_spacing = w.spacing()});
     w.transfer_needs = w.transfer->needs();
     if (!w.transfer_needs.grid) w.integrator = dynamic_cast<ParticleIntegrator<Real>*>(w.transfer.get());
 }
@@ -36,26 +36,32 @@ double common_spacing(const MaterialSpec& spec, const std::vector<BodySample>& b
     for (const BodySample& body : bodies)
         if (std::abs(body.spacing - bodies.front().spacing) > 1e-9 * body.spacing)
             throw InputError(body.spec->source.place.text(),
-                             fmt::format("particle spacing {:g} m differs from {:g} m of another body of material '{}': bond laws count their horizon in "
-                                         "spacings; use one material per spacing", body.spacing, bodies.front().spacing, spec.name));
+                             fmt::format("particle spacing {:g} m differs from {:g} m of another body of material "
+                                         "'{}': bond laws count their horizon in "
+                                         "spacings; use one material per spacing",
+                                         body.spacing, bodies.front().spacing, spec.name));
     return bodies.front().spacing;
 }
 
 template <class Real>
 void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
-    ModelContext context{.density = spec.density, .particle_spacing = bodies.front().spacing, .grid_spacing = w.spacing()};
+    ModelContext context{
+        .density = spec.density, .particle_spacing = bodies.front().spacing, .grid_spacing = w.spacing()};
     m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density;
     m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
     m.needs = m.law->needs();
     if (m.needs.bonds) common_spacing(spec, bodies);
     if (!m.needs.bonds && !w.transfer_needs.grid)
         throw InputError(spec.law.source.place.text(),
-                         fmt::format("law '{}' needs a deformation gradient, which transfer '{}' does not provide: use a grid transfer (apic, flip, pic) "
-                                     "or a bond law", spec.law.type, w.scene.transfer.model.type));
+                         fmt::format("law '{}' needs a deformation gradient, which transfer '{}' does not provide: use "
+                                     "a grid transfer (apic, flip, pic) "
+                                     "or a bond law",
+                                     spec.law.type, w.scene.transfer.type));
     if (!spec.criterion.params) return;
     if (!m.needs.bonds)
-        throw InputError(spec.criterion.source.place.text(), fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
-                                                                         spec.criterion.type, spec.law.type, spec.name));
+        throw InputError(spec.criterion.source.place.text(),
+                         fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
+                                     spec.criterion.type, spec.law.type, spec.name));
     m.criterion_name = spec.criterion.type;
     m.criterion = create_model<FractureCriterion, Real>(spec.criterion, context);
 }
@@ -82,7 +88,8 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     for (std::uint32_t k = 0; k < m.needs.particle_state.size; ++k) {
         const FieldSpec& spec = m.needs.particle_state.data[k];
         m.particle_state.push_back({spec, FieldArray<Real>(m.size, spec.components)});
-        for (std::uint32_t c = 0; c < spec.components; ++c) std::fill_n(m.particle_state.back().values[c], m.size, static_cast<Real>(spec.initial));
+        for (std::uint32_t c = 0; c < spec.components; ++c)
+            std::fill_n(m.particle_state.back().values[c], m.size, static_cast<Real>(spec.initial));
     }
     if (!m.has_bonds()) return;
     m.force = FieldArray<Real>(m.size, 3);
@@ -107,7 +114,8 @@ void create_candidate_buffers(World<Real>& w) {
         if (!m.criterion) continue;
         m.found.resize(m.chunks());
         for (std::size_t c = 0; c < m.chunks(); ++c)
-            longest = std::max<std::size_t>(longest, m.bonds.row[std::min<std::size_t>(m.size, (c + 1) * kChunk)] - m.bonds.row[c * kChunk]);
+            longest = std::max<std::size_t>(
+                longest, m.bonds.row[std::min<std::size_t>(m.size, (c + 1) * kChunk)] - m.bonds.row[c * kChunk]);
     }
     for (Scratch<Real>& s : w.scratch) s.candidates = AlignedArray<BondCandidate>(longest);
 }
@@ -119,11 +127,13 @@ void build_world(World<Real>& w) {
     create_transfer(w);
     std::vector<BodySample> samples = sample_bodies(w.scene);
     w.body_begin.push_back(0);
-    for (const BodySample& s : samples) w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
+    for (const BodySample& s : samples)
+        w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
     w.count = w.body_begin.back();
     w.x = FieldArray<Real>(w.count, 3), w.v = FieldArray<Real>(w.count, 3);
     if (w.transfer_needs.affine) w.C = FieldArray<Real>(w.count, 9);
-    w.mass = AlignedArray<Real>(w.count), w.volume = AlignedArray<Real>(w.count), w.id = AlignedArray<std::uint32_t>(w.count);
+    w.mass = AlignedArray<Real>(w.count), w.volume = AlignedArray<Real>(w.count),
+    w.id = AlignedArray<std::uint32_t>(w.count);
     w.scratch.resize(static_cast<std::size_t>(w.threads.count()));
 
     std::size_t at = 0;
@@ -144,6 +154,9 @@ void build_world(World<Real>& w) {
                 const Vec3& x = body.points[p];
                 const Vec3 v = body.spec->velocity + body.spec->angular_velocity.cross(x - body.center);
                 for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
+                for (int c = 0; w.transfer_needs.affine && c < 9;
+                     ++c)  // a spinning body starts as the affine field that it is
+                    w.C[c][at] = static_cast<Real>(body.spec->angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
                 w.volume[at] = static_cast<Real>(body.particle_volume);
                 w.mass[at] = static_cast<Real>(spec.density * body.particle_volume);
                 w.id[at++] = first_id + p;
@@ -158,7 +171,8 @@ void build_world(World<Real>& w) {
         create_fields(w, m);
     }
     for (const ColliderSpec& c : w.scene.colliders)
-        w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing));
+        w.colliders.emplace_back(
+            c, build_shape(c.shape, w.scene.folder, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing));
     create_candidate_buffers(w);
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);

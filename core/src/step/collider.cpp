@@ -2,7 +2,8 @@
 
 namespace perimpm {
 
-Collider::Collider(const ColliderSpec& spec, ShapePtr shape) : spec_{spec}, shape_{std::move(shape)}, pivot_{spec.pivot} {}
+Collider::Collider(const ColliderSpec& spec, ShapePtr shape)
+    : spec_{spec}, shape_{std::move(shape)}, pivot_{spec.pivot} {}
 
 void Collider::set_time(double t) {
     pivot_ = spec_.pivot + t * spec_.velocity;

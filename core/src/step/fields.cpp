@@ -12,7 +12,8 @@ template <class Real>
 constexpr FieldView::Type kType = std::is_same_v<Real, float> ? FieldView::Type::float32 : FieldView::Type::float64;
 
 template <class Real>
-FieldView view(std::string name, std::string unit, std::string doc, Field<Real> f, std::size_t first, std::size_t size, std::size_t components) {
+FieldView view(std::string name, std::string unit, std::string doc, Field<Real> f, std::size_t first, std::size_t size,
+               std::size_t components) {
     return {std::move(name), std::move(unit), std::move(doc), f.data + first, size, components, f.stride, kType<Real>};
 }
 
@@ -21,10 +22,12 @@ template <class Real>
 void add_common(World<Real>& w, std::size_t first, std::size_t size, std::vector<FieldView>& out) {
     out.push_back(view("x", "m", "position", w.x.view(), first, size, 3));
     out.push_back(view("v", "m/s", "velocity", w.v.view(), first, size, 3));
-    if (!w.C.empty()) out.push_back(view("C", "1/s", "affine velocity of the transfer, row-major", w.C.view(), first, size, 9));
+    if (!w.C.empty())
+        out.push_back(view("C", "1/s", "affine velocity of the transfer, row-major", w.C.view(), first, size, 9));
     out.push_back(view("mass", "kg", "mass", Field<Real>{w.mass.data(), 0}, first, size, 1));
     out.push_back(view("volume", "m^3", "reference volume", Field<Real>{w.volume.data(), 0}, first, size, 1));
-    out.push_back({"id", "1", "number of the particle, the same for the whole run", w.id.data() + first, size, 1, 0, FieldView::Type::uint32});
+    out.push_back({"id", "1", "number of the particle, the same for the whole run", w.id.data() + first, size, 1, 0,
+                   FieldView::Type::uint32});
 }
 
 template <class Real>
@@ -34,9 +37,11 @@ void add_own(Material<Real>& m, std::vector<FieldView>& out) {
     for (StateField<Real>& s : m.particle_state)
         out.push_back(view(s.spec.name, s.spec.unit, s.spec.doc, s.values.view(), 0, m.size, s.spec.components));
     for (auto& [spec, values] : m.varying)
-        if (!values.empty()) out.push_back(view(spec->key, spec->unit, spec->doc, Field<Real>{values.data(), 0}, 0, m.size, 1));
+        if (!values.empty())
+            out.push_back(view(spec->key, spec->unit, spec->doc, Field<Real>{values.data(), 0}, 0, m.size, 1));
     if (!m.bonds.damage.empty())
-        out.push_back({"broken_bonds", "1", "number of broken bonds", m.bonds.damage.data(), m.size, 1, 0, FieldView::Type::uint32});
+        out.push_back({"broken_bonds", "1", "number of broken bonds", m.bonds.damage.data(), m.size, 1, 0,
+                       FieldView::Type::uint32});
 }
 
 /// Rows of a frame field in order of ids; particles without the field keep the fill value.
@@ -49,16 +54,23 @@ void place_rows(FrameField& f, const std::uint32_t* id, const FieldView& v) {
 }
 
 void place(FrameField& f, const std::uint32_t* id, const FieldView& v) {
-    if (v.type == FieldView::Type::float32) place_rows<float>(f, id, v);
-    else if (v.type == FieldView::Type::float64) place_rows<double>(f, id, v);
-    else place_rows<std::uint32_t>(f, id, v);
+    if (v.type == FieldView::Type::float32)
+        place_rows<float>(f, id, v);
+    else if (v.type == FieldView::Type::float64)
+        place_rows<double>(f, id, v);
+    else
+        place_rows<std::uint32_t>(f, id, v);
 }
 
 FrameField empty_field(const FieldView& v, std::string source, std::size_t rows) {
-    FrameField f{v.name, v.unit, std::move(source), static_cast<std::uint32_t>(v.components), FrameField::Type::float32, {}};
-    f.type = v.type == FieldView::Type::float32 ? FrameField::Type::float32 : v.type == FieldView::Type::float64 ? FrameField::Type::float64 : FrameField::Type::uint32;
+    FrameField f{v.name, v.unit, std::move(source), static_cast<std::uint32_t>(v.components), FrameField::Type::float32,
+                 {}};
+    f.type = v.type == FieldView::Type::float32   ? FrameField::Type::float32
+             : v.type == FieldView::Type::float64 ? FrameField::Type::float64
+                                                  : FrameField::Type::uint32;
     const std::size_t bytes = v.type == FieldView::Type::float64 ? 8 : 4;
-    f.data.assign(rows * v.components * bytes, std::byte{0xff});  // all ones: NaN in both precisions, 2^32 - 1 in integers
+    f.data.assign(rows * v.components * bytes,
+                  std::byte{0xff});  // all ones: NaN in both precisions, 2^32 - 1 in integers
     return f;
 }
 
@@ -67,7 +79,8 @@ template <class Real>
 FrameField body_field(const World<Real>& w) {
     FrameField f{"body", "1", "core", 1, FrameField::Type::uint32, std::vector<std::byte>(4 * w.count)};
     auto* out = reinterpret_cast<std::uint32_t*>(f.data.data());
-    for (std::uint32_t b = 0; b + 1 < w.body_begin.size(); ++b) std::fill(out + w.body_begin[b], out + w.body_begin[b + 1], b);
+    for (std::uint32_t b = 0; b + 1 < w.body_begin.size(); ++b)
+        std::fill(out + w.body_begin[b], out + w.body_begin[b + 1], b);
     return f;
 }
 
@@ -84,7 +97,8 @@ std::vector<FieldView> list_fields(World<Real>& w, const std::string& material) 
         add_own(m, out);
         return out;
     }
-    if (!material.empty()) throw InputError("no material '" + material + "' has particles\n  " + suggestion(material, names));
+    if (!material.empty())
+        throw InputError("no material '" + material + "' has particles\n  " + suggestion(material, names));
     add_common(w, 0, w.count, out);
     return out;
 }
@@ -104,10 +118,13 @@ Frame make_frame(World<Real>& w, std::uint32_t number) {
                 existing.push_back(v.name);
                 if (v.name != name) continue;
                 if (!field) field = &frame.fields.emplace_back(empty_field(v, m.law_name, w.count));
-                if (field->components != v.components) throw InputError("output.fields: '" + name + "' has different shapes in different materials");
+                if (field->components != v.components)
+                    throw InputError("output.fields: '" + name + "' has different shapes in different materials");
                 place(*field, w.id.data() + m.begin, v);
             }
-        if (!field) throw InputError(w.scene.source.place.text(), "output.fields: no field '" + name + "' in this scene\n  " + suggestion(name, existing));
+        if (!field)
+            throw InputError(w.scene.source.place.text(),
+                             "output.fields: no field '" + name + "' in this scene\n  " + suggestion(name, existing));
     }
     return frame;
 }

@@ -50,7 +50,8 @@ void fracture(World<Real>& w) {
         const std::vector<std::size_t> changed = cut(m, cuts);
         for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
             w.threads.run(changed.size(), [&](std::size_t k) {
-                Block<Real> b = make_block(w, m, changed[k] * kChunk, std::min<std::size_t>(kChunk, m.size - changed[k] * kChunk));
+                Block<Real> b =
+                    make_block(w, m, changed[k] * kChunk, std::min<std::size_t>(kChunk, m.size - changed[k] * kChunk));
                 m.law->initialise(b, round);
             });
     }

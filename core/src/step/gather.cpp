@@ -28,7 +28,8 @@ void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std
 
 }  // namespace
 
-/// Grid velocities back to the particles, which move with them. Also finds the largest speed, and any that is not finite.
+/// Grid velocities back to the particles, which move with them. Also finds the largest speed, and any that is not
+/// finite.
 template <class Real>
 void gather(World<Real>& w) {
     const std::size_t blocks = w.grid.particle_blocks().size();
@@ -51,8 +52,10 @@ void gather(World<Real>& w) {
     double fastest2 = 0;
     for (std::size_t b = 0; b < blocks; ++b) {
         if (std::isnan(w.partial[b]))
-            throw SimulationError(fmt::format("velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
-                                              "lower simulation.safety or dt, or check the material's parameters", w.steps + 1, w.time, w.dt));
+            throw SimulationError(fmt::format(
+                "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
+                "lower simulation.safety or dt, or check the material's parameters",
+                w.steps + 1, w.time, w.dt));
         fastest2 = std::max(fastest2, w.partial[b]);
     }
     w.max_speed = std::sqrt(fastest2);

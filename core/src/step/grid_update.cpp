@@ -22,8 +22,11 @@ Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v) {
         if (grid.faces[f] == Face::open) continue;
         const int axis = f / 2;
         const bool upper = f % 2;
-        const bool outside = upper ? x[axis] >= grid.domain.max()[axis] - tolerance : x[axis] <= grid.domain.min()[axis] + tolerance;
-        if (outside) v = resolve_contact(v, Vec3::Unit(axis) * (upper ? -1.0 : 1.0), contact_of(grid.faces[f]), grid.face_friction);
+        const bool outside =
+            upper ? x[axis] >= grid.domain.max()[axis] - tolerance : x[axis] <= grid.domain.min()[axis] + tolerance;
+        if (outside)
+            v = resolve_contact(v, Vec3::Unit(axis) * (upper ? -1.0 : 1.0), contact_of(grid.faces[f]),
+                                grid.face_friction);
     }
     return v;
 }
@@ -32,7 +35,8 @@ template <class Real>
 void update_block(World<Real>& w, std::size_t g, const Near& near) {
     const double dx = w.spacing();
     const std::int32_t* coordinate = w.grid.coordinate(g);
-    const Real gravity[3] = {static_cast<Real>(w.dt * w.scene.simulation.gravity[0]), static_cast<Real>(w.dt * w.scene.simulation.gravity[1]),
+    const Real gravity[3] = {static_cast<Real>(w.dt * w.scene.simulation.gravity[0]),
+                             static_cast<Real>(w.dt * w.scene.simulation.gravity[1]),
                              static_cast<Real>(w.dt * w.scene.simulation.gravity[2])};
     Real* node = w.grid.nodes(g);
     Real* increment = w.transfer_needs.increment ? w.grid.increments(g) : nullptr;
@@ -50,7 +54,8 @@ void update_block(World<Real>& w, std::size_t g, const Near& near) {
             node[c] += gravity[c];
         }
         if (!obstacles) continue;
-        const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4), dx * (kBlockNodes * coordinate[2] + n % 4));
+        const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),
+                     dx * (kBlockNodes * coordinate[2] + n % 4));
         Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
         for (const Collider* collider : near.colliders)
             if (collider->signed_distance(x) <= 0) v = collider->resolve(x, v);
@@ -65,7 +70,8 @@ void find_near(const World<Real>& w, std::size_t g, Near& near) {
     const double dx = w.spacing(), span = dx * (kBlockNodes - 1);
     const Vec3 low = kBlockNodes * dx * Vec3(c[0], c[1], c[2]), high = low + Vec3::Constant(span);
     const GridSpec& grid = w.scene.grid;
-    near.faces = grid.bounded && ((low - grid.domain.min()).minCoeff() <= kOnFace * dx || (grid.domain.max() - high).minCoeff() <= kOnFace * dx);
+    near.faces = grid.bounded && ((low - grid.domain.min()).minCoeff() <= kOnFace * dx ||
+                                  (grid.domain.max() - high).minCoeff() <= kOnFace * dx);
     near.colliders.clear();
     const double reach = 0.5 * std::sqrt(3.0) * span;
     for (const Collider& collider : w.colliders)

@@ -25,21 +25,27 @@ void kick(World<Real>& w) {
     Real gravity[3];
     for (int c = 0; c < 3; ++c) gravity[c] = static_cast<Real>(w.scene.simulation.gravity[c]);
     for (Material<Real>& m : w.materials) {
-        const double fastest2 = reduce_chunks(w, m, 0.0, [&](Block<Real>& b) {
-            TransferBlock<Real> t = particles_of(w, m, b);
-            w.integrator->kick(t, gravity);
-            double largest = 0, sum = 0;
-            for (std::uint32_t i = 0; i < b.size; ++i) {
-                double speed2 = 0;
-                for (int c = 0; c < 3; ++c) speed2 += static_cast<double>(t.v[c][i]) * static_cast<double>(t.v[c][i]);
-                largest = std::max(largest, speed2);
-                sum += speed2;
-            }
-            return std::isfinite(sum) ? largest : std::nan("");
-        }, [](double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); });
+        const double fastest2 = reduce_chunks(
+            w, m, 0.0,
+            [&](Block<Real>& b) {
+                TransferBlock<Real> t = particles_of(w, m, b);
+                w.integrator->kick(t, gravity);
+                double largest = 0, sum = 0;
+                for (std::uint32_t i = 0; i < b.size; ++i) {
+                    double speed2 = 0;
+                    for (int c = 0; c < 3; ++c)
+                        speed2 += static_cast<double>(t.v[c][i]) * static_cast<double>(t.v[c][i]);
+                    largest = std::max(largest, speed2);
+                    sum += speed2;
+                }
+                return std::isfinite(sum) ? largest : std::nan("");
+            },
+            [](double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); });
         if (std::isnan(fastest2))
-            throw SimulationError(fmt::format("velocities of material '{}' are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is "
-                                              "unstable; lower simulation.safety or dt", m.name, w.steps + 1, w.time, w.dt));
+            throw SimulationError(fmt::format(
+                "velocities of material '{}' are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is "
+                "unstable; lower simulation.safety or dt",
+                m.name, w.steps + 1, w.time, w.dt));
     }
 }
 

@@ -5,8 +5,8 @@ namespace perimpm {
 
 namespace {
 
-/// Spin that a particle's affine velocity field carries: m D e_ijk C_kj (Jiang et al. 2015, section 5.3.1). D depends on
-/// the position for linear splines: f (1 - f) dx^2 along each axis.
+/// Spin that a particle's affine velocity field carries: m D e_ijk C_kj (Jiang et al. 2015, section 5.3.1). D depends
+/// on the position for linear splines: f (1 - f) dx^2 along each axis.
 template <class Real>
 Vec3 affine_spin(const World<Real>& w, std::size_t p) {
     const double dx = w.spacing();
@@ -16,7 +16,8 @@ Vec3 affine_spin(const World<Real>& w, std::size_t p) {
         const double u = static_cast<double>(w.x[c][p]) / dx, f = u - std::floor(u);
         D[c] = dx * dx * f * (1 - f);
     }
-    return static_cast<double>(w.mass[p]) * Vec3(D[1] * C(2, 1) - D[2] * C(1, 2), D[2] * C(0, 2) - D[0] * C(2, 0), D[0] * C(1, 0) - D[1] * C(0, 1));
+    return static_cast<double>(w.mass[p]) *
+           Vec3(D[1] * C(2, 1) - D[2] * C(1, 2), D[2] * C(0, 2) - D[0] * C(2, 0), D[0] * C(1, 0) - D[1] * C(0, 1));
 }
 
 }  // namespace
@@ -42,7 +43,9 @@ Ledger take_ledger(World<Real>& w) {
             pack_positions(w, m);
             if (m.needs.prepare) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
         }
-        l.elastic = reduce_chunks(w, m, l.elastic, [&](Block<Real>& b) { return m.law->energy(b); }, [](double a, double b) { return a + b; });
+        l.elastic = reduce_chunks(
+            w, m, l.elastic, [&](Block<Real>& b) { return m.law->energy(b); },
+            [](double a, double b) { return a + b; });
     }
     return l;
 }

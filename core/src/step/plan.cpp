@@ -21,8 +21,10 @@ public:
     Plan make() {
         plan_.dt = w_.dt, plan_.particles = w_.count;
         plan_.libraries = opened_plugins();
-        if (w_.transfer_needs.grid) add_grid_passes();
-        else add_particle_passes();
+        if (w_.transfer_needs.grid)
+            add_grid_passes();
+        else
+            add_particle_passes();
         if (!criteria_.empty()) pass("fracture", {"x", "bonds"}, {"broken bonds"}, criteria_);
         add_arrays();
         add_materials();
@@ -37,7 +39,8 @@ private:
     void pass(std::string name, Names reads, Names writes, Names models = {}) {
         std::sort(models.begin(), models.end());
         models.erase(std::unique(models.begin(), models.end()), models.end());
-        plan_.passes.push_back({std::move(name), std::move(reads), std::move(writes), fmt::format("{}", fmt::join(models, ", "))});
+        plan_.passes.push_back(
+            {std::move(name), std::move(reads), std::move(writes), fmt::format("{}", fmt::join(models, ", "))});
     }
     void add_bond_pass() {
         if (!bond_laws_.empty()) pass("bond forces", {"x", "bonds"}, {"force"}, bond_laws_);
@@ -50,17 +53,17 @@ private:
         if (affine) reads.push_back("C");
         if (local) reads.insert(reads.end(), {"F", "volume"});
         if (bonds) reads.push_back("force");
-        models.push_back(w_.scene.transfer.model.type);
+        models.push_back(w_.scene.transfer.type);
         pass(local ? "stress and scatter" : "scatter", reads, {"grid"}, models);
         pass("grid update", {"grid"}, {"grid"});
         Names writes{"x", "v"};
         if (affine) writes.push_back("C");
         if (local) writes.push_back("F");
-        pass("gather", {"grid", "x"}, writes, {w_.scene.transfer.model.type});
+        pass("gather", {"grid", "x"}, writes, {w_.scene.transfer.type});
         if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
     }
     void add_particle_passes() {
-        pass("kick and drift", {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.model.type});
+        pass("kick and drift", {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});
         if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
         add_bond_pass();
     }
@@ -89,20 +92,23 @@ private:
     void add_materials() {
         for (Material<Real>& m : w_.materials) {
             const EffectiveModuli moduli = m.law->moduli();
-            const double speed = reduce_chunks(w_, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
-                                               [](double a, double b) { return std::max(a, b); });
-            plan_.materials.push_back({m.name, m.law_name, m.criterion_name, m.size, m.bonds.size(), moduli.youngs_modulus, moduli.poisson_ratio, speed});
+            const double speed = reduce_chunks(
+                w_, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                [](double a, double b) { return std::max(a, b); });
+            plan_.materials.push_back({m.name, m.law_name, m.criterion_name, m.size, m.bonds.size(),
+                                       moduli.youngs_modulus, moduli.poisson_ratio, speed});
         }
     }
     void add_bounds() {
-        const std::string& type = w_.scene.transfer.model.type;
+        const std::string& type = w_.scene.transfer.type;
         if (!w_.transfer_needs.grid) {
-            plan_.bounds.push_back({fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), w_.particle_bound});
+            plan_.bounds.push_back(
+                {fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), w_.particle_bound});
             return;
         }
         for (const Plan::Material& m : plan_.materials)
-            plan_.bounds.push_back({fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,
-                                                w_.transfer_needs.courant, m.wave_speed, w_.max_speed),
+            plan_.bounds.push_back({fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s",
+                                                m.law, type, w_.transfer_needs.courant, m.wave_speed, w_.max_speed),
                                     w_.transfer_needs.courant * w_.spacing() / (m.wave_speed + w_.max_speed)});
     }
     void skip(std::string what, std::string why) { plan_.skipped.push_back({std::move(what), std::move(why)}); }
@@ -112,11 +118,19 @@ private:
         if (local_laws_.empty()) skip("deformation gradient F and stress (no SVD)", "no law of this scene asks for F");
         if (criteria_.empty()) skip("fracture pass and bond flags", "no material has a fracture criterion");
         if (s.colliders.empty()) skip("collider passes", "the scene has no colliders");
-        if (!w_.transfer_needs.grid) skip("grid, sort, scatter and gather", fmt::format("transfer '{}' moves particles directly", s.transfer.model.type));
-        else if (!w_.transfer_needs.affine) skip("affine velocity C", fmt::format("transfer '{}' does not use it", s.transfer.model.type));
-        if (w_.transfer_needs.grid && !w_.transfer_needs.increment) skip("velocities before forces on the grid", fmt::format("transfer '{}' does not use them", s.transfer.model.type));
-        const auto opened = [&](const char* name) { return std::find(plan_.libraries.begin(), plan_.libraries.end(), name) != plan_.libraries.end(); };
-        if (!opened("module/mesh")) skip("mesh import and level sets (assimp, OpenVDB)", "no shape of this scene is a mesh");
+        if (!w_.transfer_needs.grid)
+            skip("grid, sort, scatter and gather",
+                 fmt::format("transfer '{}' moves particles directly", s.transfer.type));
+        else if (!w_.transfer_needs.affine)
+            skip("affine velocity C", fmt::format("transfer '{}' does not use it", s.transfer.type));
+        if (w_.transfer_needs.grid && !w_.transfer_needs.increment)
+            skip("velocities before forces on the grid",
+                 fmt::format("transfer '{}' does not use them", s.transfer.type));
+        const auto opened = [&](const char* name) {
+            return std::find(plan_.libraries.begin(), plan_.libraries.end(), name) != plan_.libraries.end();
+        };
+        if (!opened("module/mesh"))
+            skip("mesh import and level sets (assimp, OpenVDB)", "no shape of this scene is a mesh");
     }
 
     World<Real>& w_;

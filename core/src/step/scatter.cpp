@@ -47,8 +47,8 @@ void scatter_block(World<Real>& w, std::size_t index) {
 
 }  // namespace
 
-/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Blocks of one colour
-/// write to different nodes, so nothing is atomic and the sums have a fixed order.
+/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Blocks of one
+/// colour write to different nodes, so nothing is atomic and the sums have a fixed order.
 template <class Real>
 void scatter(World<Real>& w) {
     w.timer("clear grid", [&] {

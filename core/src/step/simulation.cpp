@@ -33,9 +33,11 @@ public:
     /// One step of the method; the numbers are those of the paper's list (section 3).
     double step(double longest) override {
         w_.dt = choose_time_step(w_, longest);
-        if (w_.transfer_needs.grid) grid_step();
-        else integrate_particles(w_);
-        if (has_criterion()) w_.timer("fracture", [&] { fracture(w_); });                              // 7
+        if (w_.transfer_needs.grid)
+            grid_step();
+        else
+            integrate_particles(w_);
+        if (has_criterion()) w_.timer("fracture", [&] { fracture(w_); });  // 7
         w_.time += w_.dt;
         ++w_.steps;
         return w_.dt;
@@ -52,15 +54,16 @@ public:
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
-    static constexpr double kMargin = 0.499;  ///< cells that particles may move before their stencils can leave their tiles
+    static constexpr double kMargin =
+        0.499;  ///< cells that particles may move before their stencils can leave their tiles
 
     void grid_step() {
         if (w_.drift > kMargin * w_.spacing()) w_.timer("sort", [&] { sort_particles(w_); });
         compute_bond_forces(w_);
-        scatter(w_);                                                                                   // 1, 2
-        w_.timer("grid update", [&] { update_grid(w_); });                                             // 3, 4
-        w_.timer("gather", [&] { gather(w_); });                                                       // 5
-        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });    // 6
+        scatter(w_);                                                                                 // 1, 2
+        w_.timer("grid update", [&] { update_grid(w_); });                                           // 3, 4
+        w_.timer("gather", [&] { gather(w_); });                                                     // 5
+        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
     }
     bool has_criterion() const {
         for (const Material<Real>& m : w_.materials)
@@ -72,8 +75,10 @@ private:
 };
 
 Simulation::Simulation(Scene scene, int threads) {
-    if (scene.simulation.precision == Precision::double_) engine_ = std::make_unique<EngineOf<double>>(std::move(scene), threads);
-    else engine_ = std::make_unique<EngineOf<float>>(std::move(scene), threads);
+    if (scene.simulation.precision == Precision::double_)
+        engine_ = std::make_unique<EngineOf<double>>(std::move(scene), threads);
+    else
+        engine_ = std::make_unique<EngineOf<float>>(std::move(scene), threads);
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
@@ -99,7 +104,8 @@ std::vector<std::string> Simulation::fields(const std::string& material) const {
 FieldView Simulation::field(const std::string& name, const std::string& material) const {
     for (const FieldView& v : engine_->fields(material))
         if (v.name == name) return v;
-    throw InputError("no field '" + name + "'" + (material.empty() ? "" : " in material '" + material + "'") + "\n  " + suggestion(name, fields(material)));
+    throw InputError("no field '" + name + "'" + (material.empty() ? "" : " in material '" + material + "'") + "\n  " +
+                     suggestion(name, fields(material)));
 }
 
 }  // namespace perimpm

@@ -29,8 +29,9 @@ SortEntry entry_of(const World<Real>& w, std::size_t at, std::uint32_t index) {
     for (int c = 0; c < 3; ++c) {
         const double u = static_cast<double>(w.x[c][at]) / w.spacing();
         if (!(std::abs(u) < 4.0 * (kMortonBias - 2)))
-            throw SimulationError(fmt::format("particle {} is at {:g} m along axis {}: outside every grid (|x| < {:g} m) or not a number",
-                                              w.id[at], u * w.spacing(), "xyz"[c], 4.0 * (kMortonBias - 2) * w.spacing()));
+            throw SimulationError(
+                fmt::format("particle {} is at {:g} m along axis {}: outside every grid (|x| < {:g} m) or not a number",
+                            w.id[at], u * w.spacing(), "xyz"[c], 4.0 * (kMortonBias - 2) * w.spacing()));
         block[c] = static_cast<std::int32_t>(std::floor((order == 2 ? u : u + 0.5) / kBlockNodes));
         const auto base = static_cast<std::int32_t>(std::floor(order == 2 ? u - 0.5 : u)) - (order == 3 ? 1 : 0);
         cell = cell << 3 | static_cast<std::uint32_t>(base - (kBlockNodes * block[c] - kTileOffset));
@@ -48,9 +49,11 @@ void check_domain(const World<Real>& w) {
             const bool below = grid.faces[2 * c] != Face::open && x < grid.domain.min()[c] - grid.spacing;
             const bool above = grid.faces[2 * c + 1] != Face::open && x > grid.domain.max()[c] + grid.spacing;
             if (below || above)
-                throw SimulationError(fmt::format(
-                    "particle {} left the domain through its {} {} face at t = {:g} s (position {:g} m): the time step may be too "
-                    "large, or the face should be \"open\"", w.id[p], below ? "lower" : "upper", "xyz"[c], w.time, x));
+                throw SimulationError(
+                    fmt::format("particle {} left the domain through its {} {} face at t = {:g} s (position {:g} m): "
+                                "the time step may be too "
+                                "large, or the face should be \"open\"",
+                                w.id[p], below ? "lower" : "upper", "xyz"[c], w.time, x));
         }
 }
 
@@ -100,7 +103,8 @@ void sort_particles(World<Real>& w) {
         std::vector<SortEntry>& order = orders[k];
         order.resize(m.size);
         for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) {
-            for (std::uint32_t i = 0; i < b.size; ++i) order[b.first + i] = entry_of(w, m.begin + b.first + i, b.first + i);
+            for (std::uint32_t i = 0; i < b.size; ++i)
+                order[b.first + i] = entry_of(w, m.begin + b.first + i, b.first + i);
         });
         w.threads.execute([&] { tbb::parallel_sort(order.begin(), order.end()); });
         for (std::size_t i = 0; i < m.size; ++i)

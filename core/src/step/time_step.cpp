@@ -22,33 +22,41 @@ double fastest_motion(const World<Real>& w) {
 
 template <class Real>
 std::string excess_message(const World<Real>& w, double dt, double bound) {
-    const std::string why = w.transfer_needs.grid
-        ? fmt::format("{:g} dx / (c + |v|) with dx = {:g} m, wave speed c = {:g} m/s, |v| = {:g} m/s", w.transfer_needs.courant, w.spacing(),
-                      w.wave_speed, fastest_motion(w))
-        : std::string("the laws' bond bound");
-    return fmt::format("dt = {:g} s is above the stable step {:g} s ({}); use dt = \"auto\", at most {:.3g}, or allow_unstable_dt = true",
-                       dt, bound, why, bound);
+    const std::string why =
+        w.transfer_needs.grid
+            ? fmt::format("{:g} dx / (c + |v|) with dx = {:g} m, wave speed c = {:g} m/s, |v| = {:g} m/s",
+                          w.transfer_needs.courant, w.spacing(), w.wave_speed, fastest_motion(w))
+            : std::string("the laws' bond bound");
+    return fmt::format(
+        "dt = {:g} s is above the stable step {:g} s ({}); use dt = \"auto\", at most {:.3g}, or allow_unstable_dt = "
+        "true",
+        dt, bound, why, bound);
 }
 
 }  // namespace
 
 template <class Real>
 void measure_bounds(World<Real>& w) {
-    if (w.transfer_needs.grid) w.wave_speed = 0;
-    else w.particle_bound = std::numeric_limits<double>::infinity();
+    if (w.transfer_needs.grid)
+        w.wave_speed = 0;
+    else
+        w.particle_bound = std::numeric_limits<double>::infinity();
     for (Material<Real>& m : w.materials) {
         if (w.transfer_needs.grid)
-            w.wave_speed = reduce_chunks(w, m, w.wave_speed, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
-                                         [](double a, double b) { return std::max(a, b); });
+            w.wave_speed = reduce_chunks(
+                w, m, w.wave_speed, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                [](double a, double b) { return std::max(a, b); });
         else
-            w.particle_bound = reduce_chunks(w, m, w.particle_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
-                                             [](double a, double b) { return std::min(a, b); });
+            w.particle_bound = reduce_chunks(
+                w, m, w.particle_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
+                [](double a, double b) { return std::min(a, b); });
     }
 }
 
 template <class Real>
 double time_step_bound(const World<Real>& w) {
-    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (w.wave_speed + fastest_motion(w)) : w.particle_bound;
+    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (w.wave_speed + fastest_motion(w))
+                                 : w.particle_bound;
 }
 
 /// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once.
@@ -63,7 +71,8 @@ double choose_time_step(World<Real>& w, double longest) {
         });
     const double bound = time_step_bound(w);
     if (!s.dt && !std::isfinite(bound))
-        throw InputError(s.dt_place.text(), "no model bounds the time step (no particle has a bond): give dt in seconds");
+        throw InputError(s.dt_place.text(),
+                         "no model bounds the time step (no particle has a bond): give dt in seconds");
     if (s.dt && !s.allow_unstable_dt && *s.dt > bound) {
         if (w.steps == 0) throw InputError(s.dt_place.text(), excess_message(w, *s.dt, bound));
         throw SimulationError(fmt::format("step {}: {}", w.steps + 1, excess_message(w, *s.dt, bound)));

@@ -4,10 +4,11 @@
 
 namespace perimpm {
 
-/// What the transfer kernel sees of `size` particles from number `first` of the material's grid order. Particles of local
-/// laws lie in that order already; those of bond laws are brought into it in the worker's scratch.
+/// What the transfer kernel sees of `size` particles from number `first` of the material's grid order. Particles of
+/// local laws lie in that order already; those of bond laws are brought into it in the worker's scratch.
 template <class Real>
-TransferBlock<Real> make_transfer_block(World<Real>& w, Material<Real>& m, const ParticleBlock& block, std::size_t first, std::size_t size) {
+TransferBlock<Real> make_transfer_block(World<Real>& w, Material<Real>& m, const ParticleBlock& block,
+                                        std::size_t first, std::size_t size) {
     Scratch<Real>& s = w.own_scratch();
     TransferBlock<Real> b;
     b.size = static_cast<std::uint32_t>(size);

@@ -20,8 +20,8 @@
 
 namespace perimpm {
 
-inline constexpr std::uint32_t kChunk = 128;      ///< particles that go through law and transfer together, in cache
-inline constexpr std::size_t kTilePadding = 16;   ///< columns of low-degree splines read past the tile's last row
+inline constexpr std::uint32_t kChunk = 128;     ///< particles that go through law and transfer together, in cache
+inline constexpr std::size_t kTilePadding = 16;  ///< columns of low-degree splines read past the tile's last row
 
 /// A declared state field of a law, allocated.
 template <class Real>
@@ -42,16 +42,17 @@ struct Material {
 
     std::vector<StateField<Real>> particle_state;
     std::vector<AlignedArray<Real>> bond_state;
-    std::vector<std::pair<const ParamSpec*, AlignedArray<Real>>> varying;  ///< by declared per-particle parameter; empty: uniform
-    FieldArray<Real> F;                           ///< local laws
-    FieldArray<Real> force;                       ///< bond laws
-    Bonds bonds;                                  ///< bond laws
-    AlignedArray<Real> position, reference;       ///< bond laws: x and X packed by four
-    AlignedArray<Real> length;                    ///< bond laws: |X| by bond
-    AlignedArray<std::uint32_t> order;            ///< bond laws: particle indices in grid order
-    std::vector<std::vector<BondCandidate>> found; ///< criteria: what screening found, by chunk
-    std::vector<BondCandidate> candidates;        ///< the same, joined
-    std::vector<std::uint32_t> block_begin;       ///< by particle block: its first particle in grid order, then the total
+    std::vector<std::pair<const ParamSpec*, AlignedArray<Real>>>
+        varying;                                    ///< by declared per-particle parameter; empty: uniform
+    FieldArray<Real> F;                             ///< local laws
+    FieldArray<Real> force;                         ///< bond laws
+    Bonds bonds;                                    ///< bond laws
+    AlignedArray<Real> position, reference;         ///< bond laws: x and X packed by four
+    AlignedArray<Real> length;                      ///< bond laws: |X| by bond
+    AlignedArray<std::uint32_t> order;              ///< bond laws: particle indices in grid order
+    std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
+    std::vector<BondCandidate> candidates;          ///< the same, joined
+    std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
     std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }
@@ -62,7 +63,8 @@ template <class Real>
 struct Scratch {
     AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
     FieldArray<Real> tau{kChunk, 6};
-    FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9}, force{kChunk, 3};  ///< bond laws' particles in grid order
+    FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9},
+        force{kChunk, 3};  ///< bond laws' particles in grid order
     AlignedArray<Real> mass{kChunk}, volume{kChunk};
     AlignedArray<BondCandidate> candidates;
 };
@@ -109,19 +111,19 @@ struct World {
     AlignedArray<std::uint32_t> id;
 
     BlockGrid<Real> grid;
-    std::vector<Scratch<Real>> scratch;              ///< by worker
-    std::vector<double> partial;                     ///< by block or chunk, for ordered reductions
+    std::vector<Scratch<Real>> scratch;  ///< by worker
+    std::vector<double> partial;         ///< by block or chunk, for ordered reductions
 
     double time = 0;
     std::uint64_t steps = 0;
-    double dt = 0;                                   ///< of the step being taken
-    double max_speed = 0;                            ///< of the grid at particles, last step [m/s]
-    double wave_speed = 0;                           ///< last measured [m/s]
-    double particle_bound = 0;                       ///< particle transfer: the laws' stable step [s]
-    double drift = 0;                                ///< how far any particle may have moved since the sort [m]
-    bool forces_known = false;                       ///< particle transfer: forces belong to the present positions
+    double dt = 0;              ///< of the step being taken
+    double max_speed = 0;       ///< of the grid at particles, last step [m/s]
+    double wave_speed = 0;      ///< last measured [m/s]
+    double particle_bound = 0;  ///< particle transfer: the laws' stable step [s]
+    double drift = 0;           ///< how far any particle may have moved since the sort [m]
+    bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
-    std::vector<std::uint64_t> sort_keys;            ///< reused by the sort
+    std::vector<std::uint64_t> sort_keys;  ///< reused by the sort
     PassTimer timer;
 
     double spacing() const { return scene.grid.spacing; }
@@ -182,25 +184,42 @@ double reduce_chunks(World<Real>& w, Material<Real>& m, double start, const Valu
 }
 
 // The stages, in the order of a step (METHOD section 2).
-template <class Real> void build_world(World<Real>& w);
-template <class Real> void sort_particles(World<Real>& w);
-template <class Real> void pack_positions(World<Real>& w, Material<Real>& m);
-template <class Real> void compute_bond_forces(World<Real>& w);
-template <class Real> void scatter(World<Real>& w);
-template <class Real> void update_grid(World<Real>& w);
-template <class Real> void gather(World<Real>& w);
-template <class Real> void integrate_particles(World<Real>& w);
-template <class Real> void collide_particles(World<Real>& w);
-template <class Real> void fracture(World<Real>& w);
+template <class Real>
+void build_world(World<Real>& w);
+template <class Real>
+void sort_particles(World<Real>& w);
+template <class Real>
+void pack_positions(World<Real>& w, Material<Real>& m);
+template <class Real>
+void compute_bond_forces(World<Real>& w);
+template <class Real>
+void scatter(World<Real>& w);
+template <class Real>
+void update_grid(World<Real>& w);
+template <class Real>
+void gather(World<Real>& w);
+template <class Real>
+void integrate_particles(World<Real>& w);
+template <class Real>
+void collide_particles(World<Real>& w);
+template <class Real>
+void fracture(World<Real>& w);
 /// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
-template <class Real> void measure_bounds(World<Real>& w);
+template <class Real>
+void measure_bounds(World<Real>& w);
 /// The bound that the last measurement and the present speeds give [s].
-template <class Real> double time_step_bound(const World<Real>& w);
+template <class Real>
+double time_step_bound(const World<Real>& w);
 /// The step to take, at most `longest` [s].
-template <class Real> double choose_time_step(World<Real>& w, double longest);
-template <class Real> Ledger take_ledger(World<Real>& w);
-template <class Real> Plan make_plan(World<Real>& w);
-template <class Real> std::vector<FieldView> list_fields(World<Real>& w, const std::string& material);
-template <class Real> Frame make_frame(World<Real>& w, std::uint32_t number);
+template <class Real>
+double choose_time_step(World<Real>& w, double longest);
+template <class Real>
+Ledger take_ledger(World<Real>& w);
+template <class Real>
+Plan make_plan(World<Real>& w);
+template <class Real>
+std::vector<FieldView> list_fields(World<Real>& w, const std::string& material);
+template <class Real>
+Frame make_frame(World<Real>& w, std::uint32_t number);
 
 }  // namespace perimpm

@@ -60,7 +60,6 @@ TEST_CASE("scene: what is not given takes its default", "[scene]") {
     CHECK(scene.simulation.gravity == Vec3(0.0, -9.81, 0.0));
     CHECK(scene.grid.spacing == 0.1);
     CHECK_FALSE(scene.grid.bounded);
-    CHECK_FALSE(scene.transfer.mls);
     REQUIRE(scene.materials.size() == 1);
     CHECK(scene.materials[0].criterion.params == nullptr);
     REQUIRE(scene.bodies.size() == 1);
@@ -82,7 +81,6 @@ TEST_CASE("scene: what is given is read", "[scene]") {
         "simulation.gravity=[0, 0, -1.62]",
         "grid.domain={ min = [-1, 0, -1], max = [1, 2, 1], faces = { min_y = \"sticky\", max_z = \"open\" }, friction "
         "= 0.3 }",
-        "transfer.stress_divergence=\"mls\"",
         "transfer.order=1",
         "material.rubber.fracture={ type = \"sample_criterion\", bond = 2 }",
         "body.0.name=\"ball\"",
@@ -106,8 +104,7 @@ TEST_CASE("scene: what is given is read", "[scene]") {
     const Face faces[] = {Face::separate, Face::separate, Face::sticky, Face::separate, Face::separate, Face::open};
     CHECK(std::equal(std::begin(faces), std::end(faces), scene.grid.faces));
     CHECK(scene.grid.face_friction == 0.3);
-    CHECK(scene.transfer.mls);
-    CHECK(scene.transfer.model.params->integer("order") == 1);
+    CHECK(scene.transfer.params->integer("order") == 1);
     CHECK(scene.materials[0].criterion.type == "sample_criterion");
     CHECK(scene.materials[0].criterion.params->integer("bond") == 2);
     CHECK(scene.bodies[0].name == "ball");
@@ -153,7 +150,6 @@ TEST_CASE("scene: keys and values of models are judged by the plugin's table", "
           "material.rubber.constitutive.youngs_modulus: error: 'youngs_modulus' in material.rubber.constitutive "
           "('sample_law') must be above 0 Pa, got -3");
     CHECK(contains(refusal({"transfer.blend=0.5"}), "unknown key 'blend' in transfer ('sample_kernel')"));
-    CHECK(contains(refusal({"transfer.stress_divergence=\"mlss\""}), "did you mean 'mls'?   accepted: gradient, mls"));
     CHECK(refusal({"transfer.order=2"}) == "transfer.order: error: 'order' in transfer ('sample_kernel') must be odd");
     CHECK(contains(refusal({"material.rubber.fracture={}"}), "missing key 'type' in material.rubber.fracture"));
 }

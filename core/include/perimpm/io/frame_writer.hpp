@@ -14,15 +14,15 @@ namespace perimpm {
 struct FrameField {
     std::string name;
     std::string unit;
-    std::string source;              ///< who computes it, e.g. "apic" or "pd_elastic"
-    std::uint32_t components;        ///< 1, 3 or 9
+    std::string source;        ///< who computes it, e.g. "apic" or "pd_elastic"
+    std::uint32_t components;  ///< 1, 3 or 9
     enum class Type { float32, float64, uint32 } type;
-    std::vector<std::byte> data;     ///< rows x components
+    std::vector<std::byte> data;  ///< rows x components
 };
 
 struct Frame {
-    std::uint32_t number;            ///< 1 is t = 0
-    double time;                     ///< [s]
+    std::uint32_t number;  ///< 1 is t = 0
+    double time;           ///< [s]
     std::uint64_t step;
     std::uint64_t rows;
     std::vector<FrameField> fields;  ///< "x" among them
@@ -39,7 +39,8 @@ public:
 };
 
 /// HDF5 frames `frame.0001.h5 ...` with `run.xdmf` (a time series that ParaView opens) kept up to date after every
-/// frame; it lists every frame in the folder, also those of an earlier run that is continued. Opens the hdf5 module. Throws InputError when the folder cannot be written.
+/// frame; it lists every frame in the folder, also those of an earlier run that is continued. Opens the hdf5 module.
+/// Throws InputError when the folder cannot be written.
 PERIMPM_API std::unique_ptr<FrameWriter> make_hdf5_writer(const std::string& folder);
 
 /// Writes text aside and renames it over `path`. Throws InputError when that fails.

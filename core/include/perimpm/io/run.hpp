@@ -9,16 +9,16 @@
 namespace perimpm {
 
 struct Progress {
-    std::uint32_t frame, frames;     ///< last frame written, frames to write
+    std::uint32_t frame, frames;  ///< last frame written, frames to write
     std::uint64_t steps, particles;
-    double time, end_time;           ///< simulated [s]
-    double elapsed;                  ///< wall time of this run [s]
+    double time, end_time;  ///< simulated [s]
+    double elapsed;         ///< wall time of this run [s]
 };
 
 struct RunOptions {
-    std::string folder;              ///< output folder, made when missing; empty: nothing is written
-    std::uint32_t frames = 0;        ///< stop at the frame of this number; 0: the scene's end time
-    int threads = 0;                 ///< as given to the simulation, for run.json; 0: every core
+    std::string folder;        ///< output folder, made when missing; empty: nothing is written
+    std::uint32_t frames = 0;  ///< stop at the frame of this number; 0: the scene's end time
+    int threads = 0;           ///< as given to the simulation, for run.json; 0: every core
     /// Called after every step and every frame; false stops the run there.
     std::function<bool(const Progress&)> after_step;
 };

@@ -47,9 +47,13 @@ void store(Real* to, const Pack<Real>& pack, std::size_t count) {
 
 /// Scalar type below a pack.
 template <class T>
-struct ScalarOf { using type = T; };
+struct ScalarOf {
+    using type = T;
+};
 template <class Real, class Abi>
-struct ScalarOf<std::experimental::simd<Real, Abi>> { using type = Real; };
+struct ScalarOf<std::experimental::simd<Real, Abi>> {
+    using type = Real;
+};
 template <class T>
 using Scalar = typename ScalarOf<T>::type;
 

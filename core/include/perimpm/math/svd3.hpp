@@ -42,8 +42,9 @@ auto orthogonalise(Mat3<T>& B, Mat3<T>* V, int p, int q) {
 
 }  // namespace detail
 
-/// One-sided Jacobi (Hestenes 1958): B <- B V with orthogonal columns, V a rotation; V turns along when given. The column
-/// lengths are the singular values, to high relative accuracy (Demmel & Veselic 1992). Works on numbers and on packs.
+/// One-sided Jacobi (Hestenes 1958): B <- B V with orthogonal columns, V a rotation; V turns along when given. The
+/// column lengths are the singular values, to high relative accuracy (Demmel & Veselic 1992). Works on numbers and on
+/// packs.
 template <class T>
 void orthogonalise_columns(Mat3<T>& B, Mat3<T>* V = nullptr) {
     constexpr int kMaxSweeps = 12;
@@ -83,15 +84,19 @@ Svd3<Real> svd3(const Mat3<Real>& F) {
     order(0, 1), order(0, 2), order(1, 2);
     // U: the first column normalised, the second made orthogonal to it, the third their cross product, so that U is a
     // rotation also where singular values vanish.
-    const auto normalise = [&](int j, Real by) { for (int i = 0; i < 3; ++i) r.U(i, j) /= by; };
+    const auto normalise = [&](int j, Real by) {
+        for (int i = 0; i < 3; ++i) r.U(i, j) /= by;
+    };
     const auto any_orthogonal = [&](int to, int j) {
         int smallest = 0;
         for (int i = 1; i < 3; ++i)
             if (std::abs(r.U(i, to)) < std::abs(r.U(smallest, to))) smallest = i;
         for (int i = 0; i < 3; ++i) r.U(i, j) = (i == smallest) - r.U(smallest, to) * r.U(i, to);
     };
-    if (r.sigma[0] > 0) normalise(0, r.sigma[0]);
-    else for (int i = 0; i < 3; ++i) r.U(i, 0) = i == 0;
+    if (r.sigma[0] > 0)
+        normalise(0, r.sigma[0]);
+    else
+        for (int i = 0; i < 3; ++i) r.U(i, 0) = i == 0;
     if (!(r.sigma[1] > std::numeric_limits<Real>::min())) any_orthogonal(0, 1);
     normalise(1, length(1));
     const Real third[3] = {r.U(0, 2), r.U(1, 2), r.U(2, 2)};

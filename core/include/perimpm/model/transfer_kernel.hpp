@@ -18,28 +18,28 @@ inline constexpr int kTileValues = 4 * kTileNodes * kTileNodes * kTileNodes;
 template <class Real>
 struct TransferBlock {
     std::uint32_t size = 0;
-    Real dt = 0;                    ///< [s]
-    Real spacing = 0;               ///< dx [m]
-    std::int32_t origin[3] = {};    ///< index of the tile's first node
-    Field<Real> x, v;               ///< [m], [m/s]
-    Field<Real> C;                  ///< affine velocity [1/s], 9, row-major; null unless the kernel asks for it
-    Field<Real> F;                  ///< deformation gradient, 9; null unless the law asks for it
-    const Real* mass = nullptr;     ///< [kg]
-    const Real* volume = nullptr;   ///< reference volume [m^3]
-    Field<const Real> tau;          ///< Kirchhoff stress [Pa], 6; null for bond laws
-    Field<const Real> force;        ///< internal force [N], 3; null for local laws
-    Real* tile = nullptr;           ///< kTileValues numbers, 64-byte aligned
-    Real* increment = nullptr;      ///< second tile: scatter (impulse, -), gather (velocity before forces, -)
-    Real fastest2 = 0;              ///< out of gather: largest squared grid velocity at a particle [m^2/s^2]
-    Real sum2 = 0;                  ///< out of gather: sum of the same, not finite when any velocity is not
+    Real dt = 0;                   ///< [s]
+    Real spacing = 0;              ///< dx [m]
+    std::int32_t origin[3] = {};   ///< index of the tile's first node
+    Field<Real> x, v;              ///< [m], [m/s]
+    Field<Real> C;                 ///< affine velocity [1/s], 9, row-major; null unless the kernel asks for it
+    Field<Real> F;                 ///< deformation gradient, 9; null unless the law asks for it
+    const Real* mass = nullptr;    ///< [kg]
+    const Real* volume = nullptr;  ///< reference volume [m^3]
+    Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; null for bond laws
+    Field<const Real> force;       ///< internal force [N], 3; null for local laws
+    Real* tile = nullptr;          ///< kTileValues numbers, 64-byte aligned
+    Real* increment = nullptr;     ///< second tile: scatter (impulse, -), gather (velocity before forces, -)
+    Real fastest2 = 0;             ///< out of gather: largest squared grid velocity at a particle [m^2/s^2]
+    Real sum2 = 0;                 ///< out of gather: sum of the same, not finite when any velocity is not
 };
 
 struct TransferNeeds {
     bool grid = true;
-    bool affine = false;     ///< an affine velocity field C per particle
-    bool increment = false;  ///< the grid keeps the velocity before forces (FLIP)
-    std::uint32_t order = 0; ///< B-spline degree; 0 without grid
-    double courant = 0;      ///< largest stable (c + |v|) dt / dx
+    bool affine = false;      ///< an affine velocity field C per particle
+    bool increment = false;   ///< the grid keeps the velocity before forces (FLIP)
+    std::uint32_t order = 0;  ///< B-spline degree; 0 without grid
+    double courant = 0;       ///< largest stable (c + |v|) dt / dx
 };
 
 /// Carries mass, momentum and forces between particles and grid, or moves particles without one.

@@ -8,7 +8,8 @@
 #include "perimpm/math/simd.hpp"
 #include "perimpm/model/block.hpp"
 
-/*! What bond laws share: walking through families in packs of bonds, influence functions, sums over the full lattice. */
+/*! What bond laws share: walking through families in packs of bonds, influence functions, sums over the full lattice.
+ */
 namespace perimpm::peridynamics {
 
 template <class T>
@@ -34,7 +35,8 @@ Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int,
 /// (First, First + 1) of a, then of b.
 template <class Real, int N, int First, bool Pairs, int... I>
 Vec<Real, N> mix(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
-    return __builtin_shufflevector(a, b, (I / 4 * 4 + First + (Pairs ? I % 4 / 2 + I % 2 * N : I % 2 + I % 4 / 2 * N))...);
+    return __builtin_shufflevector(a, b,
+                                   (I / 4 * 4 + First + (Pairs ? I % 4 / 2 + I % 2 * N : I % 2 + I % 4 / 2 * N))...);
 }
 
 /// Entries k, k + 4, k + 8, ... of an array packed by four, side by side.
@@ -45,7 +47,8 @@ Vec<Real, N> every_fourth(const Real* packed, const std::uint32_t* entry) {
         __builtin_memcpy(&v, packed + 4 * std::size_t{entry[0]}, sizeof v);
         return v;
     } else {
-        return join<Real, N / 2>(every_fourth<Real, N / 2>(packed, entry), every_fourth<Real, N / 2>(packed, entry + N / 2),
+        return join<Real, N / 2>(every_fourth<Real, N / 2>(packed, entry),
+                                 every_fourth<Real, N / 2>(packed, entry + N / 2),
                                  std::make_integer_sequence<int, N>());
     }
 }
@@ -56,7 +59,8 @@ template <class Real>
 void gather3(const Real* packed, const std::uint32_t* entry, Pack<Real> out[3]) {
     constexpr int N = kLanes<Real>;
     if constexpr (N < 4) {
-        for (int c = 0; c < 3; ++c) out[c] = Pack<Real>([&](std::size_t lane) { return packed[4 * std::size_t{entry[lane]} + c]; });
+        for (int c = 0; c < 3; ++c)
+            out[c] = Pack<Real>([&](std::size_t lane) { return packed[4 * std::size_t{entry[lane]} + c]; });
     } else {
         constexpr auto all = std::make_integer_sequence<int, N>();
         Vec<Real, N> r[4];
@@ -90,8 +94,8 @@ struct BondPack {
     }
 };
 
-/// Calls body(pack, live) for the bonds of the block's particle i; `live` is 1 for whole bonds, 0 for broken ones and for
-/// lanes beyond the pack's size.
+/// Calls body(pack, live) for the bonds of the block's particle i; `live` is 1 for whole bonds, 0 for broken ones and
+/// for lanes beyond the pack's size.
 template <class Real, class Body>
 void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
     constexpr std::uint32_t lanes = kLanes<Real>;
@@ -104,7 +108,8 @@ void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
             continue;
         }
         std::uint32_t neighbour[lanes];
-        for (std::uint32_t lane = 0; lane < lanes; ++lane) neighbour[lane] = lane < size ? f.neighbour[slot + lane] : b.first + i;
+        for (std::uint32_t lane = 0; lane < lanes; ++lane)
+            neighbour[lane] = lane < size ? f.neighbour[slot + lane] : b.first + i;
         body(BondPack<Real>{slot, size, neighbour}, Pack<Real>([&](std::size_t lane) {
                  return lane < size && !f.is_broken(slot + static_cast<std::uint32_t>(lane)) ? Real(1) : Real(0);
              }));
@@ -154,7 +159,8 @@ double silling_askari_bound(const Block<Real>& b, const Real* stiffness, double 
     double smallest = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 0; i < b.size; ++i) {
         double sum = 0;
-        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) sum += static_cast<double>(stiffness[slot]);
+        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
+            sum += static_cast<double>(stiffness[slot]);
         if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / (scale * sum)));
     }
     return smallest;

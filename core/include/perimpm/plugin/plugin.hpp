@@ -17,9 +17,9 @@ enum class Family : std::uint32_t { transfer, constitutive, fracture };
 struct AbiStamp {
     char magic[8];
     std::uint32_t interface_version;
-    std::uint32_t compiler;           ///< major version, in thousands for clang
-    std::uint32_t standard_library;   ///< its ABI version
-    std::uint32_t layout[8];          ///< sizes of the structs that cross
+    std::uint32_t compiler;          ///< major version, in thousands for clang
+    std::uint32_t standard_library;  ///< its ABI version
+    std::uint32_t layout[8];         ///< sizes of the structs that cross
 
     friend constexpr bool operator==(const AbiStamp&, const AbiStamp&) = default;
 };
@@ -63,34 +63,44 @@ namespace detail {
 template <template <class> class Interface>
 struct FamilyOf;
 template <>
-struct FamilyOf<TransferKernel> { static constexpr Family value = Family::transfer; };
+struct FamilyOf<TransferKernel> {
+    static constexpr Family value = Family::transfer;
+};
 template <>
-struct FamilyOf<ConstitutiveLaw> { static constexpr Family value = Family::constitutive; };
+struct FamilyOf<ConstitutiveLaw> {
+    static constexpr Family value = Family::constitutive;
+};
 template <>
-struct FamilyOf<FractureCriterion> { static constexpr Family value = Family::fracture; };
+struct FamilyOf<FractureCriterion> {
+    static constexpr Family value = Family::fracture;
+};
 
 template <template <class> class Interface, template <class> class Model, class Real>
-void* create(const Params& params) { return static_cast<Interface<Real>*>(new Model<Real>(params)); }
+void* create(const Params& params) {
+    return static_cast<Interface<Real>*>(new Model<Real>(params));
+}
 template <template <class> class Interface, class Real>
-void destroy(void* model) { delete static_cast<Interface<Real>*>(model); }
+void destroy(void* model) {
+    delete static_cast<Interface<Real>*>(model);
+}
 }  // namespace detail
 
 }  // namespace perimpm
 
-#define PERIMPM_PLUGIN_DESCRIPTOR(interface, model, table, count, text)                    \
-    extern "C" {                                                                           \
-    PERIMPM_API extern const perimpm::AbiStamp perimpm_abi_stamp;                          \
-    PERIMPM_API extern const perimpm::PluginDescriptor perimpm_plugin_descriptor;          \
-    const perimpm::AbiStamp perimpm_abi_stamp = perimpm::abi_stamp();                      \
-    const perimpm::PluginDescriptor perimpm_plugin_descriptor = {                          \
-        perimpm::detail::FamilyOf<perimpm::interface>::value,                              \
-        text,                                                                              \
-        table,                                                                             \
-        count,                                                                             \
-        &perimpm::detail::create<perimpm::interface, model, float>,                        \
-        &perimpm::detail::create<perimpm::interface, model, double>,                       \
-        &perimpm::detail::destroy<perimpm::interface, float>,                              \
-        &perimpm::detail::destroy<perimpm::interface, double>};                            \
+#define PERIMPM_PLUGIN_DESCRIPTOR(interface, model, table, count, text)           \
+    extern "C" {                                                                  \
+    PERIMPM_API extern const perimpm::AbiStamp perimpm_abi_stamp;                 \
+    PERIMPM_API extern const perimpm::PluginDescriptor perimpm_plugin_descriptor; \
+    const perimpm::AbiStamp perimpm_abi_stamp = perimpm::abi_stamp();             \
+    const perimpm::PluginDescriptor perimpm_plugin_descriptor = {                 \
+        perimpm::detail::FamilyOf<perimpm::interface>::value,                     \
+        text,                                                                     \
+        table,                                                                    \
+        count,                                                                    \
+        &perimpm::detail::create<perimpm::interface, model, float>,               \
+        &perimpm::detail::create<perimpm::interface, model, double>,              \
+        &perimpm::detail::destroy<perimpm::interface, float>,                     \
+        &perimpm::detail::destroy<perimpm::interface, double>};                   \
     }
 
 /// Publishes `model`, a class template over the precision, under the name of its file.

@@ -58,6 +58,7 @@ private:
 };
 
 /// Reads "type" of a table that chooses a model or shape; the error lists `accepted`. Empty: any text is accepted.
-PERIMPM_API std::string read_type(const Value& table, const std::string& what, const std::vector<std::string>& accepted);
+PERIMPM_API std::string read_type(const Value& table, const std::string& what,
+                                  const std::vector<std::string>& accepted);
 
 }  // namespace perimpm

@@ -24,47 +24,42 @@ struct ModelSpec {
 };
 
 struct SimulationSpec {
-    double end_time;                ///< [s]
-    double frame_rate;              ///< [1/s]
-    std::optional<double> dt;       ///< [s]; absent: automatic
-    double safety;                  ///< share of the stable step that "auto" takes
+    double end_time;           ///< [s]
+    double frame_rate;         ///< [1/s]
+    std::optional<double> dt;  ///< [s]; absent: automatic
+    double safety;             ///< share of the stable step that "auto" takes
     bool allow_unstable_dt;
     Precision precision;
-    Vec3 gravity;                   ///< [m/s^2]
+    Vec3 gravity;  ///< [m/s^2]
     Place dt_place;
 };
 
 struct GridSpec {
-    double spacing;                 ///< dx [m]; 0 when absent, which only transfers without a grid allow
-    bool bounded;                   ///< a domain was given
+    double spacing;  ///< dx [m]; 0 when absent, which only transfers without a grid allow
+    bool bounded;    ///< a domain was given
     Box3 domain;
-    Face faces[6];                  ///< min x, max x, min y, ...
+    Face faces[6];  ///< min x, max x, min y, ...
     double face_friction;
-};
-
-struct TransferSpec {
-    ModelSpec model;
-    bool mls;                       ///< stress_divergence = "mls"
 };
 
 struct MaterialSpec {
     std::string name;
-    double density;                 ///< [kg/m^3]
+    double density;  ///< [kg/m^3]
     ModelSpec law;
-    ModelSpec criterion;            ///< params null: nothing breaks
+    ModelSpec criterion;  ///< params null: nothing breaks
 };
 
 struct BodySpec {
     std::string name;
-    std::uint32_t material;         ///< index
-    Value shape;                    ///< checked; built when particles are sampled
+    std::uint32_t material;                  ///< index
+    Value shape;                             ///< checked; built when particles are sampled
     std::optional<double> particle_spacing;  ///< h [m]; else from particles_per_cell
     double particles_per_cell;
-    bool poisson;                   ///< sampling = "poisson"
+    bool poisson;  ///< sampling = "poisson"
     std::uint64_t seed;
-    Vec3 velocity;                  ///< [m/s]
-    Vec3 angular_velocity;          ///< [rad/s] about the centre of mass
-    Value source;                   ///< the body's table, for messages
+    Vec3 velocity;          ///< [m/s]
+    Vec3 angular_velocity;  ///< [rad/s] about the centre of mass
+    Value source;           ///< the body's table, for messages
 };
 
 struct ColliderSpec {
@@ -72,9 +67,9 @@ struct ColliderSpec {
     Value shape;
     Contact contact;
     double friction;
-    Vec3 velocity;                  ///< [m/s]
-    Vec3 angular_velocity;          ///< [rad/s] about `pivot`, which moves with `velocity`
-    Vec3 pivot;                     ///< [m]
+    Vec3 velocity;          ///< [m/s]
+    Vec3 angular_velocity;  ///< [rad/s] about `pivot`, which moves with `velocity`
+    Vec3 pivot;             ///< [m]
     Value source;
 };
 
@@ -86,10 +81,10 @@ struct OutputSpec {
 /// A validated scene. Shapes are not built yet, plugins named by it are open.
 struct Scene {
     std::string title;
-    std::string folder;             ///< relative file names start here
+    std::string folder;  ///< relative file names start here
     SimulationSpec simulation;
     GridSpec grid;
-    TransferSpec transfer;
+    ModelSpec transfer;
     std::vector<MaterialSpec> materials;
     std::vector<BodySpec> bodies;
     std::vector<ColliderSpec> colliders;
@@ -105,7 +100,7 @@ PERIMPM_API ShapePtr build_shape(const Value& shape, const std::string& folder, 
 
 /// A scene table with the keys it accepts; the reference page and `describe` come from these.
 struct SectionDoc {
-    std::string name;               ///< e.g. "[simulation]", "shape = { type = \"box\" }"
+    std::string name;  ///< e.g. "[simulation]", "shape = { type = \"box\" }"
     std::string doc;
     std::vector<ParamSpec> keys;
 };

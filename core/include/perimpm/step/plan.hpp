@@ -13,21 +13,21 @@ struct Plan {
     struct Pass {
         std::string name;
         std::vector<std::string> reads, writes;
-        std::string models;            ///< plugins that run in it
+        std::string models;  ///< plugins that run in it
     };
     struct Array {
-        std::string name;              ///< e.g. "x", "rubber.bonds.neighbour", "grid"
+        std::string name;  ///< e.g. "x", "rubber.bonds.neighbour", "grid"
         std::uint64_t bytes;
     };
     struct Material {
         std::string name, law, criterion;
         std::uint64_t particles, bonds;
         double youngs_modulus, poisson_ratio;  ///< as the law has them [Pa], [1]
-        double wave_speed;             ///< [m/s]
+        double wave_speed;                     ///< [m/s]
     };
     struct TimeStepBound {
-        std::string source;            ///< e.g. "apic: 0.6 dx / (c + |v|)"
-        double dt;                     ///< [s]
+        std::string source;  ///< e.g. "apic: 0.6 dx / (c + |v|)"
+        double dt;           ///< [s]
     };
     struct Skipped {
         std::string what, why;
@@ -37,7 +37,7 @@ struct Plan {
     std::vector<Array> arrays;
     std::vector<Material> materials;
     std::vector<TimeStepBound> bounds;
-    double dt;                         ///< the step the run starts with [s]
+    double dt;  ///< the step the run starts with [s]
     std::uint64_t particles;
     std::vector<std::string> libraries;  ///< plugins and modules opened for this scene
     std::vector<Skipped> skipped;

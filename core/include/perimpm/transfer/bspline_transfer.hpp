@@ -7,11 +7,10 @@
 #include "perimpm/model/transfer_kernel.hpp"
 
 /*! Scatter and gather with tensor-product B-splines (Stomakhin et al. 2013), shared by all grid transfers.
-    Four z-nodes of a tile column, (momentum, mass) each, are sixteen consecutive numbers: one vector. A particle adds to
-    column (i, j) of its stencil
-        w_i w_j wz (m v + m C d) + N' S,   S = -dt V tau,
-    which factors into  w_j R_i + w_i Y_j  with three vectors R and three Y (four for cubics). Particles come sorted by
-    cell, so the columns stay in registers until the stencil moves on. */
+    Four z-nodes of a tile column, (momentum, mass) each, are sixteen consecutive numbers: one vector. A particle adds
+   to column (i, j) of its stencil w_i w_j wz (m v + m C d) + N' S,   S = -dt V tau, which factors into  w_j R_i + w_i
+   Y_j  with three vectors R and three Y (four for cubics). Particles come sorted by cell, so the columns stay in
+   registers until the stencil moves on. */
 namespace perimpm::bspline {
 
 template <class Real>
@@ -106,8 +105,8 @@ private:
     Vec16<Real> sum_[Order + 1][Order + 1] = {};
 };
 
-/// Adds w_I (q + A d_I) + S grad w_I to every node of the stencil; q = (momentum, mass), A = (A[0] A[1] A[2]) columns in
-/// 1/dx, S columns likewise. `Linear` and `Stress` tell which of A and S exist.
+/// Adds w_I (q + A d_I) + S grad w_I to every node of the stencil; q = (momentum, mass), A = (A[0] A[1] A[2]) columns
+/// in 1/dx, S columns likewise. `Linear` and `Stress` tell which of A and S exist.
 template <bool Linear, bool Stress, class Real, int Order>
 void add_to_columns(Columns<Real, Order>& columns, const Stencil<Real, Order>& s, const Vec16<Real>& q,
                     const Vec16<Real> A[3], const Vec16<Real> S[3]) {
@@ -151,8 +150,7 @@ void scatter(TransferBlock<Real>& b) {
         Vec16<Real> A[3] = {}, S[3] = {}, I[3] = {};
         if constexpr (Scheme::affine) {
             const Real a = m * b.spacing;
-            for (int j = 0; j < 3; ++j)
-                A[j] = repeat<Real>(a * b.C[j][p], a * b.C[3 + j][p], a * b.C[6 + j][p], 0);
+            for (int j = 0; j < 3; ++j) A[j] = repeat<Real>(a * b.C[j][p], a * b.C[3 + j][p], a * b.C[6 + j][p], 0);
         }
         if constexpr (Local) {
             const Real scale = -b.dt * b.volume[p] * inverse_spacing * (mls ? Real(1 / kSecondMoment<Order>) : Real(1));
@@ -224,7 +222,8 @@ void update_deformation(const Field<Real>& F, std::size_t p, const Real dt_gradi
     for (int j = 0; j < 3; ++j) {
         const Real f[3] = {F[j][p], F[3 + j][p], F[6 + j][p]};
         for (int i = 0; i < 3; ++i)
-            F[3 * i + j][p] = f[i] + dt_gradient[3 * i] * f[0] + dt_gradient[3 * i + 1] * f[1] + dt_gradient[3 * i + 2] * f[2];
+            F[3 * i + j][p] =
+                f[i] + dt_gradient[3 * i] * f[0] + dt_gradient[3 * i + 1] * f[1] + dt_gradient[3 * i + 2] * f[2];
     }
 }
 
@@ -254,13 +253,15 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j) {
                     if constexpr (Scheme::affine)
-                        b.C[3 * i + j][p] = Order > 1 ? moment_scale * now.moment[j][i] : inverse_spacing * now.gradient[j][i];
+                        b.C[3 * i + j][p] =
+                            Order > 1 ? moment_scale * now.moment[j][i] : inverse_spacing * now.gradient[j][i];
                 }
         if constexpr (Local) {
             Real step[9];
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j)
-                    step[3 * i + j] = b.dt * (mls ? moment_scale * now.moment[j][i] : inverse_spacing * now.gradient[j][i]);
+                    step[3 * i + j] =
+                        b.dt * (mls ? moment_scale * now.moment[j][i] : inverse_spacing * now.gradient[j][i]);
             update_deformation(b.F, p, step);
         }
     }
@@ -268,14 +269,20 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
     b.sum2 = total;
 }
 
-inline constexpr ParamSpec kOrder = {.key = "order", .kind = ParamKind::integer, .range = closed(1, 3), .default_value = 2,
+inline constexpr ParamSpec kOrder = {.key = "order",
+                                     .kind = ParamKind::integer,
+                                     .range = closed(1, 3),
+                                     .default_value = 2,
                                      .doc = "degree of the B-spline: 1 linear, 2 quadratic, 3 cubic"};
 inline constexpr ParamSpec kDivergence = {
-    .key = "stress_divergence", .kind = ParamKind::choice, .default_text = "gradient", .choices = "gradient|mls",
+    .key = "stress_divergence",
+    .kind = ParamKind::choice,
+    .default_text = "gradient",
+    .choices = "gradient|mls",
     .doc = "internal force by the gradient of the spline, or folded into the affine momentum (Hu et al. 2018)"};
 
-/// Largest stable (c + |v|) dt/dx of an isolated particle (Poisson's ratio up to 0.45), the worst case at free surfaces;
-/// degree 1 has no positive bound there, its value holds for filled cells.
+/// Largest stable (c + |v|) dt/dx of an isolated particle (Poisson's ratio up to 0.45), the worst case at free
+/// surfaces; degree 1 has no positive bound there, its value holds for filled cells.
 inline constexpr double kCourant[4] = {0, 0.5, 0.59, 0.70};
 
 /// Chooses the compiled variant for degree, divergence and law; `Scheme` is what the transfer's plugin file writes.
@@ -283,9 +290,12 @@ template <class Real, class Scheme>
 class Transfer final : public TransferKernel<Real> {
 public:
     explicit Transfer(const Params& params)
-        : scheme_(params), order_(static_cast<std::uint32_t>(params["order"])), mls_(params.is("stress_divergence", "mls")) {
+        : scheme_(params),
+          order_(static_cast<std::uint32_t>(params["order"])),
+          mls_(params.is("stress_divergence", "mls")) {
         if (mls_ && order_ == 1)
-            throw InvalidParameter("stress_divergence", "\"mls\" needs order 2 or 3: the linear spline's second moment vanishes at nodes");
+            throw InvalidParameter("stress_divergence",
+                                   "\"mls\" needs order 2 or 3: the linear spline's second moment vanishes at nodes");
     }
     TransferNeeds needs() const noexcept override {
         return {.affine = Scheme::affine, .increment = Scheme::increment, .order = order_, .courant = kCourant[order_]};

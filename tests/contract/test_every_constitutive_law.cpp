@@ -1,0 +1,187 @@
+// What holds for every installed law, found through the registry: a new plugin is tested the day it is installed.
+#include "support/every_model.hpp"
+#include "support/particles.hpp"
+
+using namespace perimpm;
+using Eigen::Matrix3d;
+
+namespace {
+
+constexpr double kSpacing = 0.01, kVolume = kSpacing * kSpacing * kSpacing;
+constexpr int kCount = 7;
+
+template <class Real = double>
+struct Sample {
+    ModelPtr<ConstitutiveLaw, Real> law;
+    Particles<Real> particles;
+
+    explicit Sample(const std::string& name, const std::string& more = "")
+        : law{make<ConstitutiveLaw, Real>(name, smallest_table(Family::constitutive, name) + more,
+                                          {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 2 * kSpacing})},
+          particles{*law, lattice(kCount, kSpacing), kVolume} {}
+
+    bool is_local() const { return law->needs().deformation_gradient; }
+    /// A homogeneous deformation: F everywhere, positions as well.
+    void deform(const Matrix3d& F) {
+        particles.deform(F);
+        for (std::size_t p = 0; p < particles.size() && is_local(); ++p) particles.set_F(p, F);
+    }
+    /// Another deformation at every particle.
+    void scramble(unsigned seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> shift(-0.1 * kSpacing, 0.1 * kSpacing);
+        particles.move([&](const Vec3& X) -> Vec3 { return X + Vec3(shift(random), shift(random), shift(random)); });
+        for (std::size_t p = 0; p < particles.size() && is_local(); ++p)
+            particles.set_F(p, Matrix3d::Identity() + 0.2 * random_matrix(random));
+    }
+    /// Stresses [Pa], or forces over h^2 [Pa], as one vector per particle.
+    std::vector<Eigen::VectorXd> response(std::size_t chunk = ~std::size_t{0}) {
+        particles.evaluate(chunk);
+        std::vector<Eigen::VectorXd> r;
+        for (std::size_t p = 0; p < particles.size(); ++p) {
+            if (is_local()) r.emplace_back(particles.tau(p).reshaped());
+            else r.emplace_back(particles.force(p) / (kSpacing * kSpacing));
+        }
+        return r;
+    }
+};
+
+double largest(const std::vector<Eigen::VectorXd>& r) {
+    double size = 0;
+    for (const Eigen::VectorXd& v : r) size = std::max(size, v.norm());
+    return size;
+}
+
+/// Laws whose forces are not the energy's gradient by design, with the parameters under which they are.
+std::string conservative(const std::string& law) { return law == "pd_elastic" ? "bending_ratio = 0.0\n" : ""; }
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("every law: no stress and no energy at rest", "[contract]", float, double) {
+    const double rounding = static_cast<double>(std::numeric_limits<TestType>::epsilon());
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        Sample<TestType> sample(name);
+        CHECK(largest(sample.response()) <= 10 * rounding * 1e6);
+        const double energy = sample.particles.energy();
+        if (!std::isnan(energy)) CHECK(std::abs(energy) <= 100 * rounding * rounding * 1e6 * kVolume * static_cast<double>(sample.particles.size()));
+    }
+}
+
+TEST_CASE("every law: a rotation changes nothing but the frame", "[contract]") {
+    Matrix3d F;
+    F << 1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.1, 0.0, 1.1;
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        Sample sample(name);
+        sample.deform(F);
+        const auto before = sample.response();
+        const double energy = sample.particles.energy(), scale = largest(before);
+        REQUIRE(scale > 0);
+        for (const double angle : {0.4, 2.5}) {
+            const Matrix3d R = rotation(angle, {1, 3, -2});
+            sample.deform(R * F);
+            const auto after = sample.response();
+            for (std::size_t p = 0; p < before.size(); ++p) {
+                const Eigen::VectorXd turned =
+                    sample.is_local() ? Eigen::VectorXd((R * before[p].reshaped(3, 3) * R.transpose()).reshaped()) : Eigen::VectorXd(R * before[p]);
+                CHECK((after[p] - turned).norm() <= 1e-12 * scale);
+            }
+            if (!std::isnan(energy)) CHECK_THAT(sample.particles.energy(), WithinRel(energy, 1e-12));
+        }
+    }
+}
+
+TEST_CASE("every law: stress or force is the energy's derivative", "[contract]") {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        Sample sample(name, conservative(name));
+        sample.scramble(11);
+        Particles<double>& particles = sample.particles;
+        if (std::isnan(particles.energy())) continue;
+        const auto response = sample.response();
+        const double scale = largest(response), step = 1e-5;
+        const std::size_t p = middle(kCount);
+        const Block<double> at = particles.block(p, 1);
+        if (sample.is_local()) {
+            Matrix3d F, P;
+            for (int c = 0; c < 9; ++c) F(c / 3, c % 3) = at.F[static_cast<std::size_t>(c)][0];
+            for (int c = 0; c < 9; ++c) {
+                const auto energy = [&](double by) {
+                    Matrix3d moved = F;
+                    moved(c / 3, c % 3) += by;
+                    particles.set_F(p, moved);
+                    return particles.energy(p, 1);
+                };
+                P(c / 3, c % 3) = (energy(step) - energy(-step)) / (2 * step * kVolume);
+            }
+            const Matrix3d tau = P * F.transpose();
+            CHECK((tau - response[p].reshaped(3, 3)).norm() <= 1e-6 * scale);
+            continue;
+        }
+        const Vec3 y(at.x[0][0], at.x[1][0], at.x[2][0]);
+        for (int c = 0; c < 3; ++c) {
+            const auto energy = [&](double by) {
+                particles.place(p, y + by * Vec3::Unit(c));
+                return particles.energy();
+            };
+            const double force = -(energy(step * kSpacing) - energy(-step * kSpacing)) / (2 * step * kSpacing);
+            CHECK_THAT(force / (kSpacing * kSpacing), WithinAbs(response[p][c], 1e-6 * scale));
+            particles.place(p, y);
+        }
+    }
+}
+
+TEMPLATE_TEST_CASE("every law: any split into blocks gives the same response", "[contract]", float, double) {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        Sample<TestType> sample(name);
+        sample.scramble(12);
+        const auto whole = sample.response();
+        // Lanes are filled differently, which may round differently in laws that sum over packs of particles.
+        const double tolerance = 8 * static_cast<double>(std::numeric_limits<TestType>::epsilon()) * largest(whole);
+        for (const std::size_t chunk : {std::size_t{1}, std::size_t{7}, std::size_t{128}}) {
+            const auto parts = sample.response(chunk);
+            for (std::size_t p = 0; p < whole.size(); ++p) CHECK((parts[p] - whole[p]).norm() <= tolerance);
+        }
+        const double energy = sample.particles.energy();
+        double sum = 0;
+        for (std::size_t p = 0; p < whole.size(); ++p) sum += sample.particles.energy(p, 1);
+        if (!std::isnan(energy)) CHECK_THAT(sum, WithinRel(energy, 1e-4 * (sizeof(TestType) == 4 ? 1 : 1e-8)));
+    }
+}
+
+TEMPLATE_TEST_CASE("every law: bounds of wave speed and time step are positive and finite", "[contract]", float, double) {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        Sample<TestType> sample(name);
+        const EffectiveModuli moduli = sample.law->moduli();
+        const double c = sample.law->max_wave_speed(sample.particles.block());
+        CHECK((std::isfinite(c) && c > 0));
+        if (!std::isnan(moduli.youngs_modulus)) CHECK(c >= std::sqrt(moduli.youngs_modulus / 1000));  // a bar's waves are slower
+        const double dt = sample.law->stable_time_step(sample.particles.block());
+        CHECK(dt > 0);
+        if (!sample.is_local()) CHECK((std::isfinite(dt) && dt * c < 2 * kSpacing));
+    }
+}
+
+TEST_CASE("every law: asks for a deformation gradient or for bonds, never both", "[contract]") {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        const LawNeeds needs = Sample(name).law->needs();
+        CHECK(needs.deformation_gradient != needs.bonds);
+        CHECK((needs.horizon > 0) == needs.bonds);
+        CHECK(needs.rounds >= 1);
+        CHECK(needs.particle_state.size <= kMaxStateFields);
+        CHECK(needs.bond_state.size <= kMaxStateFields);
+        check_fields(needs.particle_state);
+        check_fields(needs.bond_state);
+    }
+}
+
+TEST_CASE("every law: declared keys have unit and text, misspelt ones a suggestion", "[contract]") {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        CAPTURE(name);
+        check_declaration(Family::constitutive, name);
+    }
+}

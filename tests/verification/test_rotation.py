@@ -1,0 +1,121 @@
+"""Rigid rotation (A7). Shortened against the reference: 6 or 5 cells an edge instead of 20, 10 turns instead of 10^4 in the
+fast variant; the 20 s of the public gate are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from support import PD_BOND, PD_ELASTIC, Tree, box, rotation, scene
+
+import perimpm
+
+YOUNG, POISSON, DENSITY = 1e6, 0.3, 1550.0
+EDGE = 1.0  # m
+
+
+def cube(transfer: Tree, cells: int, omega: float = 1.0, young: float = YOUNG) -> tuple[perimpm.Simulation, float]:
+    """A cube that spins about z through its centre, and its time step 0.5 dx / (c_p + |v|)."""
+    dx = EDGE / cells
+    modulus = young * (1 - POISSON) / ((1 + POISSON) * (1 - 2 * POISSON))
+    dt = 0.5 * dx / (np.sqrt(modulus / DENSITY) + omega)
+    law = {"type": "fixed_corotated", "youngs_modulus": young, "poisson_ratio": POISSON}
+    half = EDGE / 2
+    tree = scene(law, box([-half] * 3, [half] * 3), dx / 2, transfer=transfer, density=DENSITY, dt=dt)
+    tree["body"][0]["initial_angular_velocity"] = [0.0, 0.0, omega]
+    return perimpm.Simulation(tree, threads=1), dt
+
+
+def kinetic_losses(sim: perimpm.Simulation, steps: int, records: int = 50) -> Iterator[float]:
+    start = sim.ledger.kinetic
+    for _ in range(records):
+        sim.step(steps // records)
+        yield 1 - sim.ledger.kinetic / start
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_apic_keeps_one_turn(order: int) -> None:
+    """Reference at 20 cells: kinetic energy 0.99991 (quadratic), 0.99990 (cubic), L to 7e-13."""
+    sim, dt = cube({"type": "apic", "order": order}, cells=6)
+    before = sim.ledger.angular_momentum[2]
+    losses = list(kinetic_losses(sim, round(2 * np.pi / dt)))
+    change = sim.ledger.angular_momentum[2] / before - 1
+    print(f"\napic {order}: kinetic {1 - losses[-1]:.5f}, L {change:.0e}")
+    assert 0 <= losses[-1] <= 1e-3
+    assert abs(change) <= 1e-11
+
+
+@pytest.mark.parametrize("divergence", ["gradient", "mls"])
+def test_public_gate_of_twenty_seconds(divergence: str) -> None:
+    sim, dt = cube({"type": "apic", "order": 2, "stress_divergence": divergence}, cells=5)
+    losses = list(kinetic_losses(sim, round(20 / dt)))
+    print(f"\napic {divergence}: loss {min(losses):.1e} .. {max(losses):.1e}")
+    assert min(losses) >= 0
+    assert max(losses) <= 1e-3
+
+
+def test_known_losses_of_the_others() -> None:
+    """Over one turn. Reference at 20 cells: FLIP L -2.6 %, FLIP 0.95 -96 %, PIC -100 %. FLIP's loss falls with dx^1.8: -43 %
+    at 5 cells, -12 % at 10."""
+    kept = {}
+    for name, transfer in {
+        "flip 1": {"type": "flip", "blend": 1.0},
+        "flip 0.95": {"type": "flip", "blend": 0.95},
+        "pic": {"type": "pic"},
+    }.items():
+        sim, dt = cube(transfer, cells=5)
+        before = sim.ledger
+        sim.step(round(2 * np.pi / dt))
+        after = sim.ledger
+        kept[name] = after.angular_momentum[2] / before.angular_momentum[2], after.kinetic / before.kinetic
+    print()
+    for name, (spin, kinetic) in kept.items():
+        print(f"{name:9}: L {spin:.4f}, kinetic {kinetic:.4f}")
+    assert 0.5 < kept["flip 1"][0] < 0.7
+    assert kept["flip 0.95"][0] < 0.05
+    assert kept["pic"][0] < 0.01
+
+
+def test_fast_rotation_does_not_wear_the_deformation_gradient() -> None:
+    """100 rad/s: strains of rho omega^2 a^2 / (3 E) = 1.3e-3. Ten turns leave det F where the first ones put it."""
+    omega, young = 100.0, 1e9
+    sim, dt = cube({"type": "apic", "order": 2}, cells=5, omega=omega, young=young)
+    strain = DENSITY * omega**2 * (EDGE / 2) ** 2 / (3 * young)
+    turn = round(2 * np.pi / omega / dt)
+
+    def worst() -> float:
+        return float(np.max(np.abs(np.linalg.det(sim.particles["F"]) - 1)))
+
+    sim.step(2 * turn)
+    early = worst()
+    sim.step(8 * turn)
+    print(f"\n|det F - 1|: {early:.1e} after 2 turns, {worst():.1e} after 10; strain {strain:.1e}")
+    assert worst() <= 1.5 * early
+    assert worst() <= 3 * strain
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        PD_BOND,
+        PD_ELASTIC,
+        {**PD_ELASTIC, "bending_ratio": 0.0},
+        {**PD_ELASTIC, "horizon": 3.015, "influence": "constant"},
+        {**PD_ELASTIC, "surface": "none"},
+    ],
+    ids=lambda law: " ".join(str(value) for value in law.values()),
+)
+def test_rigid_rotation_makes_no_force(law: Tree) -> None:
+    """max |f| / (K h^2) <= 1e-12 for any rotation, on surface particles too."""
+    spacing = 0.1
+    tree = scene(law, box([0] * 3, [0.6] * 3), spacing, transfer={"type": "particle"}, dt=1e-12)
+    random = np.random.default_rng(4)
+    bulk = law["youngs_modulus"] / 1.5  # nu = 1/4
+    for angle in (0.3, 1.7, np.pi):
+        sim = perimpm.Simulation(tree, threads=1)
+        x = sim.particles["x"]
+        x[:] = (x - 0.3) @ rotation(random.standard_normal(3), angle).T
+        sim.step(1)
+        force = sim.particles["force"]
+        assert np.max(np.abs(force)) <= 1e-12 * bulk * spacing**2
