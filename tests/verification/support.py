@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -83,3 +84,45 @@ def rotation(axis: Any, angle: float) -> Array:
     unit = np.asarray(axis, float) / np.linalg.norm(axis)
     W = cross_matrix(unit)
     return np.asarray(np.eye(3) + np.sin(angle) * W + (1 - np.cos(angle)) * W @ W)
+
+
+@dataclass
+class Wave:
+    """The first mode of a slab 0 <= X <= 1 in uniaxial strain, exact for fixed-corotated at any amplitude below 1 / pi (A3):
+    P = M (F - 1), u = A shape(pi X) sin(pi c t)."""
+
+    sim: perimpm.Simulation
+    amplitude: float  # m
+    speed: float  # c = sqrt(M / rho) [m/s]
+    steps: int  # in a period 2 / c
+    shape: Array  # of the particles in the order of ids
+
+
+def _slab(transfer: Tree, cells: int, amplitude: float, courant: float, fixed: bool) -> Wave:
+    dx, density = 1 / cells, 1000.0
+    speed = float(np.sqrt(1.2 * LOCAL["youngs_modulus"] / density))  # nu = 1/4: M = 1.2 E
+    dt = courant * dx / speed
+    side = 2 * dx
+    tree = scene(LOCAL, box([0] * 3, [1, side, side]), dx / 2, transfer=transfer, density=density, dt=dt)
+    reach = 0.0 if fixed else 1.0
+    faces = {f"{end}_{axis}": "slip" for end in ("min", "max") for axis in "yz"}
+    faces |= {f"{end}_x": "slip" if fixed else "open" for end in ("min", "max")}
+    tree["grid"]["domain"] = {"min": [-reach, 0.0, 0.0], "max": [1 + reach, side, side], "faces": faces}
+    sim = perimpm.Simulation(tree, threads=1)
+    shape, slope = (np.sin, np.cos) if fixed else (np.cos, lambda x: -np.sin(x))
+    X = np.pi * sim.particles["x"][:, 0].copy()
+    peak = amplitude * np.pi * speed * np.cos(np.pi * speed * dt / 2)  # velocities live half a step before positions
+    sim.particles["v"][:, 0] = peak * shape(X)
+    if "C" in sim.particles:
+        sim.particles["C"][:, 0, 0] = peak * np.pi * slope(X)
+    return Wave(sim, amplitude, speed, round(2 / speed / dt), shape(np.pi * sim.particles.by_id("x")[:, 0]))
+
+
+def free_slab(transfer: Tree, cells: int, amplitude: float, courant: float) -> Wave:
+    """Free ends, shape = cos: the stress vanishes there at all times."""
+    return _slab(transfer, cells, amplitude, courant, fixed=False)
+
+
+def fixed_slab(transfer: Tree, cells: int, amplitude: float, courant: float) -> Wave:
+    """Slip faces at both ends, shape = sin."""
+    return _slab(transfer, cells, amplitude, courant, fixed=True)

@@ -16,6 +16,12 @@ Vec3 Collider::resolve(const Vec3& x, const Vec3& v) const {
     return own + resolve_contact(v - own, normal(x), spec_.contact, spec_.friction);
 }
 
+Vec3 Collider::hold(const Vec3& x, const Vec3& v) const {
+    if (spec_.contact == Contact::separate) return v;
+    const Vec3 own = velocity(x);
+    return own + resolve_contact(v - own, normal(x), spec_.contact, 0.0);
+}
+
 double Collider::max_speed() const {
     const double rate = spec_.angular_velocity.norm();
     if (rate == 0) return spec_.velocity.norm();

@@ -16,6 +16,8 @@ public:
     Vec3 velocity(const Vec3& x) const { return spec_.velocity + spec_.angular_velocity.cross(x - pivot_); }
     /// What becomes of a velocity at a point inside.
     Vec3 resolve(const Vec3& x, const Vec3& v) const;
+    /// The part of it that holds at all times: sticky and slip without friction; separate changes nothing.
+    Vec3 hold(const Vec3& x, const Vec3& v) const;
     /// Largest speed of a surface point [m/s]; 0 for a still collider.
     double max_speed() const;
     const ColliderSpec& spec() const { return spec_; }

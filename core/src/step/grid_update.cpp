@@ -16,19 +16,30 @@ Contact contact_of(Face face) {
     return face == Face::sticky ? Contact::sticky : face == Face::slip ? Contact::slip : Contact::separate;
 }
 
-Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v) {
-    const double tolerance = kOnFace * grid.spacing;
+/// Which contacts act: all of them, or only those that hold for good (sticky, slip), without their friction.
+enum class Acting { all, lasting };
+
+Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v, Acting acting) {
+    const double tolerance = kOnFace * grid.spacing, friction = acting == Acting::all ? grid.face_friction : 0.0;
     for (int f = 0; f < 6; ++f) {
-        if (grid.faces[f] == Face::open) continue;
+        if (grid.faces[f] == Face::open || (acting == Acting::lasting && grid.faces[f] == Face::separate)) continue;
         const int axis = f / 2;
         const bool upper = f % 2;
         const bool outside =
             upper ? x[axis] >= grid.domain.max()[axis] - tolerance : x[axis] <= grid.domain.min()[axis] + tolerance;
         if (outside)
-            v = resolve_contact(v, Vec3::Unit(axis) * (upper ? -1.0 : 1.0), contact_of(grid.faces[f]),
-                                grid.face_friction);
+            v = resolve_contact(v, Vec3::Unit(axis) * (upper ? -1.0 : 1.0), contact_of(grid.faces[f]), friction);
     }
     return v;
+}
+
+template <class Real>
+void obey(const GridSpec& grid, const Near& near, const Vec3& x, Real* node, Acting acting) {
+    Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
+    for (const Collider* collider : near.colliders)
+        if (collider->signed_distance(x) <= 0) v = acting == Acting::all ? collider->resolve(x, v) : collider->hold(x, v);
+    if (near.faces) v = apply_faces(grid, x, v, acting);
+    for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
 }
 
 template <class Real>
@@ -56,11 +67,9 @@ void update_block(World<Real>& w, std::size_t g, const Near& near) {
         if (!obstacles) continue;
         const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),
                      dx * (kBlockNodes * coordinate[2] + n % 4));
-        Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
-        for (const Collider* collider : near.colliders)
-            if (collider->signed_distance(x) <= 0) v = collider->resolve(x, v);
-        if (near.faces) v = apply_faces(w.scene.grid, x, v);
-        for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
+        obey(w.scene.grid, near, x, node, Acting::all);
+        // A clamp took its share of the velocity long ago: without this, FLIP would take it again in every step.
+        if (increment) obey(w.scene.grid, near, x, increment + 4 * n, Acting::lasting);
     }
 }
 
