@@ -80,7 +80,7 @@ def test_other_threads_go_on(box: dict[str, Any]) -> None:
     during = turns - before
     done.set()
     thread.join()
-    assert during > 1000
+    assert during > 20  # one or two if `step` kept the interpreter lock
 
 
 def test_a_second_thread_is_refused(box: dict[str, Any]) -> None:

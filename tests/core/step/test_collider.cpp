@@ -85,3 +85,15 @@ TEST_CASE("collider: rotation turns shape, normal and velocity about the moving 
     CHECK((wheel.velocity(at) - Vec3(2.0 - std::numbers::pi, 0.0, 0.0)).norm() <= 1e-14);
     CHECK((wheel.resolve(at, Vec3::Zero()) - wheel.velocity(at)).norm() <= 1e-15);
 }
+
+TEST_CASE("collider: what holds at all times is sticky, or slip without friction", "[step]") {
+    ColliderSpec spec = still();
+    spec.friction = 10.0;
+    spec.velocity = {0.0, 1.0, 0.0};
+    const Vec3 v(3.0, -2.0, 4.0);
+    CHECK(floor_collider(spec).hold(Vec3::Zero(), v) == v);
+    spec.contact = Contact::slip;
+    CHECK(floor_collider(spec).hold(Vec3::Zero(), v) == Vec3(3.0, 1.0, 4.0));
+    spec.contact = Contact::sticky;
+    CHECK(floor_collider(spec).hold(Vec3::Zero(), v) == Vec3(0.0, 1.0, 0.0));
+}

@@ -1,0 +1,87 @@
+"""The number of threads does not change a bit of the frames (E14, Must show 5)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from support import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
+
+import perimpm
+
+H, DX = 0.025, 0.05  # m
+SOFT: Tree = {"youngs_modulus": 2e4}
+FLOOR: Tree = {"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}, "friction": 0.3}
+BALL: Tree = {"shape": {"type": "sphere", "center": [0.2, 0.1, 0.2], "radius": 0.1}, "velocity": [0.0, 0.0, 0.5]}
+
+
+def thrown(tree: Tree, fields: list[str], **more: object) -> Tree:
+    """Falls at 2 m/s on a floor at y = 0 or on what `more` adds, with six frames."""
+    tree["simulation"] |= {"end_time": 0.1, "frame_rate": 50.0, "gravity": [0.0, -9.81, 0.0]}
+    tree["output"] = {"formats": ["hdf5"], "fields": fields}
+    for body in tree["body"]:
+        body["initial_velocity"] = [0.3, -2.0, 0.1]
+        body["initial_angular_velocity"] = [1.0, 2.0, 3.0]
+    return tree | more
+
+
+def block_of(law: Tree, precision: str = "float", transfer: Tree | None = None) -> Tree:
+    shape = box([0, 0.02, 0], [0.4, 0.42, 0.4])
+    return scene({**law, **SOFT}, shape, H, dx=DX, precision=precision, transfer=transfer)
+
+
+def mixed() -> Tree:
+    laws = {"a": {**LOCAL, **SOFT}, "b": {**PD_ELASTIC, **SOFT}, "c": {**PD_BOND, **SOFT}}
+    bodies = [("a", box([0, 0.2, 0], [0.3, 0.5, 0.3])), ("b", box([0.3, 0.2, 0], [0.6, 0.5, 0.3]))]
+    bodies += [("c", box([0, 0.2, 0.3], [0.6, 0.5, 0.5]))]
+    return scene(laws, bodies, H, dx=DX, precision="float")
+
+
+def breaking(transfer: str) -> Tree:
+    tree = block_of(PD_BOND, transfer={"type": transfer})
+    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.02}
+    return tree
+
+
+COMMON = ["x", "v", "id"]
+SCENES = {
+    "fixed_corotated": lambda: thrown(block_of(LOCAL), [*COMMON, "F", "C"], collider=[FLOOR]),
+    "fixed_corotated double flip": lambda: thrown(block_of(LOCAL, "double", {"type": "flip", "order": 3}), COMMON, collider=[FLOOR]),
+    "pd_elastic": lambda: thrown(block_of(PD_ELASTIC), [*COMMON, "force"], collider=[FLOOR]),
+    "pd_bond": lambda: thrown(block_of(PD_BOND), [*COMMON, "force"], collider=[FLOOR]),
+    "pd_bond without grid": lambda: thrown(block_of(PD_BOND, transfer={"type": "particle"}), COMMON, collider=[FLOOR]),
+    "mixed, colliders": lambda: thrown(mixed(), [*COMMON, "body"], collider=[FLOOR, BALL]),
+    "fracture": lambda: thrown(breaking("apic"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
+    "fracture without grid": lambda: thrown(breaking("particle"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
+}
+
+
+def frames(tree: Tree, threads: int, folder: Path) -> dict[str, np.ndarray]:
+    perimpm.Simulation(tree, threads=threads).run(output=folder)
+    values: dict[str, np.ndarray] = {}
+    for file in sorted(folder.glob("frame.*.h5")):
+        with h5py.File(file) as h5:
+            h5.visititems(
+                lambda name, item: values.update({f"{file.name}/{name}": item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
+    return values
+
+
+@pytest.mark.parametrize("name", list(SCENES))
+def test_threads_do_not_change_a_bit(name: str, tmp_path: Path) -> None:
+    one, two = (frames(SCENES[name](), threads, tmp_path / str(threads)) for threads in (1, 2))
+    assert one.keys() == two.keys()
+    assert len({key.split("/")[0] for key in one}) == 6
+    for key in one:
+        assert one[key].tobytes() == two[key].tobytes(), key
+    last = {key.rpartition("/")[2]: value for key, value in one.items() if key.startswith("frame.0006")}
+    assert np.isfinite(last["x"]).all()
+    if "fracture" in name:
+        assert 0 < last["broken_bonds"].sum() < last["broken_bonds"].size * 122
+
+
+def test_the_same_input_twice(tmp_path: Path) -> None:
+    first, second = (frames(SCENES["mixed, colliders"](), 2, tmp_path / str(run)) for run in (1, 2))
+    assert all(first[key].tobytes() == second[key].tobytes() for key in first)

@@ -1,0 +1,132 @@
+"""What a scene does not need is not there (Must show 2): read from a process of its own, out of its memory map and its
+allocated arrays, not from a printout."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from support import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
+
+import perimpm
+
+PROBE = """
+import json, sys
+import perimpm
+sim = perimpm.Simulation(json.loads(sys.argv[1]), threads=1)
+frames = 2 if len(sys.argv) > 2 else None
+sim.run(frames=frames, output=sys.argv[2]) if frames else sim.step(2)
+libraries = {line.split()[-1].rpartition("/")[2] for line in open("/proc/self/maps") if ".so" in line}
+fields = set(sim.particles)
+for material in sim.plan.materials:
+    fields |= set(sim.particles.of(material.name))
+print(json.dumps({"libraries": sorted(libraries), "fields": sorted(fields), "arrays": [a.name for a in sim.plan.arrays],
+                  "passes": [p.name for p in sim.pass_times], "bytes": {a.name: a.bytes for a in sim.plan.arrays}}))
+"""
+
+
+@dataclass
+class Seen:
+    libraries: list[str]
+    fields: list[str]
+    arrays: list[str]
+    passes: list[str]
+    bytes: dict[str, int]
+
+    def maps(self, part: str) -> bool:
+        return any(part in name for name in self.libraries)
+
+    def holds(self, part: str) -> bool:
+        return any(part in name for name in self.arrays)
+
+
+def probe(tree: Tree, *arguments: str) -> Seen:
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, json.dumps(tree), *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return Seen(**json.loads(done.stdout))
+
+
+def block(law: Tree, **more: object) -> Tree:
+    return scene(law, box([0] * 3, [0.4] * 3), 0.1, precision="float", **more)
+
+
+def test_local_law_has_no_bonds() -> None:
+    seen = probe(block(LOCAL))
+    assert "F" in seen.fields and seen.maps("fixed_corotated.so") and seen.maps("apic.so")
+    for absent in ("bonds", "force", "positions by four", "grid order"):
+        assert not seen.holds(absent)
+    for absent in ("pd_elastic.so", "pd_bond.so", "critical_stretch.so", "flip.so", "pic.so-", "particle.so"):
+        assert not seen.maps(absent)
+    assert "bond forces" not in seen.passes
+
+
+@pytest.mark.parametrize(("law", "other"), [(PD_ELASTIC, "pd_bond.so"), (PD_BOND, "pd_elastic.so")])
+def test_bond_law_has_no_deformation_gradient(law: Tree, other: str) -> None:
+    seen = probe(block(law))
+    assert seen.maps(law["type"] + ".so") and seen.holds("bonds.neighbour")
+    assert "F" not in seen.fields and not seen.holds(".F")
+    assert not seen.maps("fixed_corotated.so")  # the library that holds the SVD
+    assert not seen.maps(other)
+    assert "bond forces" in seen.passes
+
+
+def test_one_spring_per_bond_needs_no_mean_deformation() -> None:
+    assert probe(block(PD_ELASTIC)).holds("mean_deformation")
+    seen = probe(block({**PD_ELASTIC, "bending_ratio": 0.0}))
+    assert not seen.holds("mean_deformation") and not seen.holds("shape_inverse")
+
+
+@pytest.mark.parametrize("law", [LOCAL, PD_ELASTIC])
+def test_no_meshes_no_files(law: Tree) -> None:
+    seen = probe(block(law))
+    for absent in ("assimp", "openvdb", "perimpm_mesh", "hdf5"):
+        assert not seen.maps(absent)
+
+
+def test_files_open_hdf5_only(tmp_path: Path) -> None:
+    tree = block(LOCAL) | {"output": {"formats": ["hdf5"]}}
+    seen = probe(tree, str(tmp_path / "out"))
+    assert seen.maps("hdf5") and not seen.maps("assimp") and not seen.maps("openvdb")
+
+
+def test_no_criterion_no_flags() -> None:
+    seen = probe(block(PD_BOND))
+    assert not seen.holds("bonds.broken") and "broken_bonds" not in seen.fields and "fracture" not in seen.passes
+    tree = block(PD_BOND)
+    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.1}
+    seen = probe(tree)
+    assert seen.holds("bonds.broken") and "broken_bonds" in seen.fields and "fracture" in seen.passes
+
+
+def test_transfers_hold_what_they_use() -> None:
+    seen = {name: probe(block(LOCAL, transfer={"type": name})) for name in ("pic", "flip", "apic")}
+    assert [name for name in seen if "C" in seen[name].fields] == ["apic"]
+    # flip keeps the velocities before forces beside those after: twice the grid
+    assert seen["flip"].bytes["grid"] == 2 * seen["apic"].bytes["grid"]
+    assert seen["pic"].bytes["grid"] == seen["apic"].bytes["grid"]
+
+
+def test_particles_without_grid() -> None:
+    seen = probe(block(PD_BOND, transfer={"type": "particle"}))
+    for absent in ("C", "grid", "m.grid order"):
+        assert absent not in seen.arrays
+    assert not {"sort", "clear grid", "grid update", "gather"} & set(seen.passes)
+
+
+def test_no_colliders_no_pass() -> None:
+    assert "particle collisions" not in probe(block(LOCAL)).passes
+    floor = {"shape": {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]}}
+    assert "particle collisions" in probe(block(LOCAL, collider=[floor])).passes
+
+
+def test_explain_says_the_same() -> None:
+    plan = perimpm.Simulation(block(PD_ELASTIC)).plan
+    assert any("SVD" in item.what for item in plan.skipped)
+    plan = perimpm.Simulation(block(LOCAL)).plan
+    assert any("bond" in item.what for item in plan.skipped)
