@@ -16,8 +16,9 @@ struct Sample {
     Particles<Real> particles;
 
     explicit Sample(const std::string& name, const std::string& more = "")
-        : law{make<ConstitutiveLaw, Real>(name, smallest_table(Family::constitutive, name) + more,
-                                          {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 2 * kSpacing})},
+        : law{make<ConstitutiveLaw, Real>(
+              name, smallest_table(Family::constitutive, name) + more,
+              {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 2 * kSpacing})},
           particles{*law, lattice(kCount, kSpacing), kVolume} {}
 
     bool is_local() const { return law->needs().deformation_gradient; }
@@ -39,8 +40,10 @@ struct Sample {
         particles.evaluate(chunk);
         std::vector<Eigen::VectorXd> r;
         for (std::size_t p = 0; p < particles.size(); ++p) {
-            if (is_local()) r.emplace_back(particles.tau(p).reshaped());
-            else r.emplace_back(particles.force(p) / (kSpacing * kSpacing));
+            if (is_local())
+                r.emplace_back(particles.tau(p).reshaped());
+            else
+                r.emplace_back(particles.force(p) / (kSpacing * kSpacing));
         }
         return r;
     }
@@ -64,7 +67,9 @@ TEMPLATE_TEST_CASE("every law: no stress and no energy at rest", "[contract]", f
         Sample<TestType> sample(name);
         CHECK(largest(sample.response()) <= 10 * rounding * 1e6);
         const double energy = sample.particles.energy();
-        if (!std::isnan(energy)) CHECK(std::abs(energy) <= 100 * rounding * rounding * 1e6 * kVolume * static_cast<double>(sample.particles.size()));
+        if (!std::isnan(energy))
+            CHECK(std::abs(energy) <=
+                  100 * rounding * rounding * 1e6 * kVolume * static_cast<double>(sample.particles.size()));
     }
 }
 
@@ -84,7 +89,8 @@ TEST_CASE("every law: a rotation changes nothing but the frame", "[contract]") {
             const auto after = sample.response();
             for (std::size_t p = 0; p < before.size(); ++p) {
                 const Eigen::VectorXd turned =
-                    sample.is_local() ? Eigen::VectorXd((R * before[p].reshaped(3, 3) * R.transpose()).reshaped()) : Eigen::VectorXd(R * before[p]);
+                    sample.is_local() ? Eigen::VectorXd((R * before[p].reshaped(3, 3) * R.transpose()).reshaped())
+                                      : Eigen::VectorXd(R * before[p]);
                 CHECK((after[p] - turned).norm() <= 1e-12 * scale);
             }
             if (!std::isnan(energy)) CHECK_THAT(sample.particles.energy(), WithinRel(energy, 1e-12));
@@ -151,14 +157,16 @@ TEMPLATE_TEST_CASE("every law: any split into blocks gives the same response", "
     }
 }
 
-TEMPLATE_TEST_CASE("every law: bounds of wave speed and time step are positive and finite", "[contract]", float, double) {
+TEMPLATE_TEST_CASE("every law: bounds of wave speed and time step are positive and finite", "[contract]", float,
+                   double) {
     for (const std::string& name : names_of(Family::constitutive)) {
         CAPTURE(name);
         Sample<TestType> sample(name);
         const EffectiveModuli moduli = sample.law->moduli();
         const double c = sample.law->max_wave_speed(sample.particles.block());
         CHECK((std::isfinite(c) && c > 0));
-        if (!std::isnan(moduli.youngs_modulus)) CHECK(c >= std::sqrt(moduli.youngs_modulus / 1000));  // a bar's waves are slower
+        if (!std::isnan(moduli.youngs_modulus))
+            CHECK(c >= std::sqrt(moduli.youngs_modulus / 1000));  // a bar's waves are slower
         const double dt = sample.law->stable_time_step(sample.particles.block());
         CHECK(dt > 0);
         if (!sample.is_local()) CHECK((std::isfinite(dt) && dt * c < 2 * kSpacing));

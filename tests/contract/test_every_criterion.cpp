@@ -12,14 +12,16 @@ constexpr double kSpacing = 0.01;
 
 template <class Real = double>
 struct Sample {
-    ModelPtr<ConstitutiveLaw, Real> law = make<ConstitutiveLaw, Real>("pd_bond", "youngs_modulus = 1e6\nhorizon = 2.01",
-                                                                      {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0});
-    Particles<Real> particles{*law, lattice(6, kSpacing), kSpacing * kSpacing * kSpacing};
+    ModelPtr<ConstitutiveLaw, Real> law =
+        make<ConstitutiveLaw, Real>("pd_bond", "youngs_modulus = 1e6\nhorizon = 2.01",
+                                    {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0});
+    Particles<Real> particles{*law, lattice(6, kSpacing), kSpacing* kSpacing* kSpacing};
     ModelPtr<FractureCriterion, Real> criterion;
 
     explicit Sample(const std::string& name)
         : criterion{make<FractureCriterion, Real>(name, smallest_table(Family::fracture, name),
-                                                  {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0})} {}
+                                                  {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0})} {
+    }
 
     std::vector<BondCandidate> screen(std::size_t first, std::size_t count) {
         std::vector<BondCandidate> room(particles.bonds().size());
@@ -61,7 +63,9 @@ TEST_CASE("every criterion: candidates are live bonds of the block, each once, w
         }
         std::set<std::uint32_t> in_parts;
         for (std::size_t first = 0; first < sample.particles.size(); first += 50)
-            for (const BondCandidate& c : sample.screen(first, std::min<std::size_t>(50, sample.particles.size() - first))) in_parts.insert(c.bond);
+            for (const BondCandidate& c :
+                 sample.screen(first, std::min<std::size_t>(50, sample.particles.size() - first)))
+                in_parts.insert(c.bond);
         CHECK(in_parts == slots);
     }
 }

@@ -20,7 +20,8 @@ Tile<Real> random_tile(std::size_t size) {
     std::uniform_real_distribution<double> place(1.01, 5.99), number(-1, 1);
     Tile<Real> tile(size, 1.0);
     for (std::size_t p = 0; p < size; ++p) {
-        tile.place(p, {place(random), place(random), place(random)}, {number(random), number(random), number(random)}, 1.5 + number(random));
+        tile.place(p, {place(random), place(random), place(random)}, {number(random), number(random), number(random)},
+                   1.5 + number(random));
         for (std::size_t c = 0; c < 6; ++c) tile.set_tau(p, c, number(random));
     }
     return tile;

@@ -1,9 +1,8 @@
 // Runs a scene with the plugin of this folder and compares with closed forms. Returns 0 when all agree.
-#include <perimpm/error.hpp>
-#include <perimpm/step/simulation.hpp>
-
 #include <cmath>
 #include <cstdio>
+#include <perimpm/error.hpp>
+#include <perimpm/step/simulation.hpp>
 
 namespace {
 
@@ -36,7 +35,8 @@ void check(const char* what, double value, double expected) {
 
 int main() try {
     perimpm::Simulation sim(perimpm::read_scene(perimpm::parse_scene_text(kScene, "check.toml"), "."));
-    const double E = 1e5, nu = 0.25, lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu)), volume = 0.125;
+    const double E = 1e5, nu = 0.25, lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu)),
+                 volume = 0.125;
     check("wave speed at rest [m/s]", sim.plan().materials[0].wave_speed, std::sqrt((lambda + 2 * mu) / 1000));
 
     // Stretch every particle by 1.2 along x: E_xx = (1.44 - 1)/2 and W = (lambda/2 + mu) E_xx^2.

@@ -41,7 +41,7 @@ public:
             const Real pressure = lame_.lambda * (E(0, 0) + E(1, 1) + E(2, 2));
             Mat3<Real> S;
             for (int c = 0; c < 9; ++c) S.m[c] = 2 * lame_.mu * E.m[c] + (c % 4 == 0 ? pressure : 0);  // (3)
-            const Mat3<Real> tau = F * S * transpose(F);                                                // (4)
+            const Mat3<Real> tau = F * S * transpose(F);                                               // (4)
             int component = 0;
             for (int row = 0; row < 3; ++row)
                 for (int column = row; column < 3; ++column) b.tau[component++][i] = tau(row, column);
@@ -54,9 +54,11 @@ public:
             const Mat3<Real> E = strain(load_F(b, i));
             Real stretch2 = 0;  // a row sum of F^T F bounds its largest eigenvalue
             for (int r = 0; r < 3; ++r)
-                stretch2 = std::max(stretch2, 1 + 2 * E(r, r) + 2 * std::abs(E(r, (r + 1) % 3)) + 2 * std::abs(E(r, (r + 2) % 3)));
-            const Real stress = std::max(Real(0), (3 * lame_.lambda + 2 * lame_.mu) * (stretch2 - 1) / 2);  // if all three were as long
-            modulus = std::max(modulus, stretch2 * (stretch2 * (lame_.lambda + 2 * lame_.mu) + stress));    // (5)
+                stretch2 = std::max(
+                    stretch2, 1 + 2 * E(r, r) + 2 * std::abs(E(r, (r + 1) % 3)) + 2 * std::abs(E(r, (r + 2) % 3)));
+            const Real stress =
+                std::max(Real(0), (3 * lame_.lambda + 2 * lame_.mu) * (stretch2 - 1) / 2);  // if all three were as long
+            modulus = std::max(modulus, stretch2 * (stretch2 * (lame_.lambda + 2 * lame_.mu) + stress));  // (5)
         }
         return std::sqrt(static_cast<double>(modulus) / density_);
     }
@@ -90,4 +92,5 @@ private:
 };
 }  // namespace
 
-PERIMPM_PLUGIN(ConstitutiveLaw, SaintVenantKirchhoff, kParams, "Saint Venant-Kirchhoff elasticity, for moderate strains")
+PERIMPM_PLUGIN(ConstitutiveLaw, SaintVenantKirchhoff, kParams,
+               "Saint Venant-Kirchhoff elasticity, for moderate strains")

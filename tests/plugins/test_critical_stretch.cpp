@@ -20,7 +20,8 @@ ModelPtr<ConstitutiveLaw, double> springs(double horizon) {
 
 /// Bonds of particle p that the criterion finds.
 std::vector<BondCandidate> screen(Particles<double>& particles, std::size_t p, double limit = kLimit) {
-    const auto criterion = make<FractureCriterion, double>("critical_stretch", "critical_stretch = " + fmt::format("{}", limit));
+    const auto criterion =
+        make<FractureCriterion, double>("critical_stretch", "critical_stretch = " + fmt::format("{}", limit));
     std::vector<BondCandidate> room(particles.bonds().size());
     CandidateList found{room.data(), 0};
     criterion->screen(particles.block(p, 1), found);
@@ -33,7 +34,11 @@ Matrix3d uniaxial(double strain) { return Vec3(1 + strain, 1, 1).asDiagonal(); }
 }  // namespace
 
 TEST_CASE("critical_stretch: uniaxial strain breaks the published share of a lattice's bonds", "[fracture]") {
-    struct Row { double horizon; std::size_t bonds; double share[5]; };
+    struct Row {
+        double horizon;
+        std::size_t bonds;
+        double share[5];
+    };
     const double strains[] = {1.05, 1.6, 2.2, 3.5, 4.5};  // in s0
     for (const Row& row : {Row{3.0, 122, {0.0492, 0.1803, 0.3115, 0.5082, 0.5082}},
                            {3.015, 122, {0.0492, 0.1803, 0.3115, 0.5082, 0.5082}},
@@ -47,7 +52,8 @@ TEST_CASE("critical_stretch: uniaxial strain breaks the published share of a lat
         for (std::size_t k = 0; k < std::size(strains); ++k) {
             CAPTURE(row.horizon, strains[k]);
             particles.deform(uniaxial(strains[k] * kLimit));
-            CHECK_THAT(static_cast<double>(screen(particles, p).size()) / static_cast<double>(size), WithinAbs(row.share[k], 5.1e-5));
+            CHECK_THAT(static_cast<double>(screen(particles, p).size()) / static_cast<double>(size),
+                       WithinAbs(row.share[k], 5.1e-5));
         }
     }
 }
@@ -73,7 +79,8 @@ TEST_CASE("critical_stretch: compression breaks nothing", "[fracture]") {
     }
 }
 
-TEST_CASE("critical_stretch: candidates are the particle's own long bonds, broken ones are not found again", "[fracture]") {
+TEST_CASE("critical_stretch: candidates are the particle's own long bonds, broken ones are not found again",
+          "[fracture]") {
     const auto law = springs(3.015);
     Particles<double> particles(*law, lattice(7, 1.0), 1.0);
     const std::size_t p = middle(7);

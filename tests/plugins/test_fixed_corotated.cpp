@@ -62,7 +62,8 @@ TEST_CASE("fixed_corotated: uniaxial strain is linear in F at any amplitude", "[
     const double M = kLambda + 2 * kMu;
     const std::pair<double, double> printed[] = {{0.5, -0.6731}, {0.2, -1.0769}, {0.05, -1.2788}};
     for (const auto& [J, stress] : printed) {
-        const Matrix3d cauchy = point.tau(diagonal(J, 1, 1)) / J;  // sigma_11 = P_11 = M (J - 1), lateral lambda (J - 1)
+        const Matrix3d cauchy =
+            point.tau(diagonal(J, 1, 1)) / J;  // sigma_11 = P_11 = M (J - 1), lateral lambda (J - 1)
         CHECK_THAT(cauchy(0, 0), WithinRel(M * (J - 1), 1e-13));
         CHECK_THAT(cauchy(0, 0), WithinAbs(stress, 5e-5));
         CHECK_THAT(cauchy(1, 1), WithinRel(kLambda * (J - 1), 1e-13));
@@ -72,11 +73,17 @@ TEST_CASE("fixed_corotated: uniaxial strain is linear in F at any amplitude", "[
 
 TEST_CASE("fixed_corotated: hydrostatic compression has a finite crush load", "[constitutive]") {
     Point point;
-    struct Row { double J, cauchy, nominal, digit; };
-    for (const Row& row : {Row{0.5, 0.5404, -0.3404, 5e-5}, {0.2, 1.3954, -0.4772, 5e-5}, {0.05, 4.128, -0.5602, 5e-4}, {0.01, 13.57, -0.6300, 5e-3}}) {
+    struct Row {
+        double J, cauchy, nominal, digit;
+    };
+    for (const Row& row : {Row{0.5, 0.5404, -0.3404, 5e-5},
+                           {0.2, 1.3954, -0.4772, 5e-5},
+                           {0.05, 4.128, -0.5602, 5e-4},
+                           {0.01, 13.57, -0.6300, 5e-3}}) {
         const double s = std::cbrt(row.J);
         const Matrix3d tau = point.tau(diagonal(s, s, s));
-        const double nominal = 2 * kMu * (s - 1) + kLambda * (row.J - 1) * row.J / s;  // P = 2 mu (s - 1) + lambda (J - 1) J / s
+        const double nominal =
+            2 * kMu * (s - 1) + kLambda * (row.J - 1) * row.J / s;  // P = 2 mu (s - 1) + lambda (J - 1) J / s
         CHECK_THAT(tau(0, 0) / s, WithinRel(nominal, 1e-13));
         CHECK_THAT(tau(0, 0) / s, WithinAbs(row.nominal, 5e-5));
         CHECK_THAT(-tau(1, 1) / row.J, WithinAbs(row.cauchy, row.digit));
@@ -86,7 +93,9 @@ TEST_CASE("fixed_corotated: hydrostatic compression has a finite crush load", "[
 
 TEST_CASE("fixed_corotated: uniaxial stress finds the lateral stretch", "[constitutive]") {
     Point point;
-    struct Row { double stretch, lateral, nominal; };
+    struct Row {
+        double stretch, lateral, nominal;
+    };
     for (const Row& row : {Row{0.5, 1.14714, -0.64429}, {2.0, 0.77317, 0.83668}}) {
         double low = 0.5, high = 1.5;  // lateral stress grows with lateral stretch
         for (int i = 0; i < 60; ++i) {
@@ -124,8 +133,9 @@ TEST_CASE("fixed_corotated: an inversion costs 4 mu + 2 lambda", "[constitutive]
 TEST_CASE("fixed_corotated: stress is the energy's derivative", "[constitutive]") {
     Point point;
     std::mt19937 random(5);
-    std::vector<Matrix3d> states = {diagonal(1, 1, 1e-8), diagonal(1e-8, 1, 1), diagonal(2, 2, 0.5), diagonal(0.7, 0.7, 0.7),
-                                    diagonal(-0.5, 1, 1.2), diagonal(1.5, 1.5, -0.3), diagonal(1, 0.5, 0), diagonal(1.2, 1.2, 1.2)};
+    std::vector<Matrix3d> states = {diagonal(1, 1, 1e-8),    diagonal(1e-8, 1, 1),   diagonal(2, 2, 0.5),
+                                    diagonal(0.7, 0.7, 0.7), diagonal(-0.5, 1, 1.2), diagonal(1.5, 1.5, -0.3),
+                                    diagonal(1, 0.5, 0),     diagonal(1.2, 1.2, 1.2)};
     const std::size_t special = states.size();
     for (std::size_t i = 0; i < special; ++i) {
         const Matrix3d turned = rotation(1.0, {1, 2, 3}) * states[i] * rotation(0.5, {3, -1, 1});
@@ -142,12 +152,13 @@ TEST_CASE("fixed_corotated: stress is the energy's derivative", "[constitutive]"
     }
 }
 
-TEMPLATE_TEST_CASE("fixed_corotated: singular, inverted and repeated F give finite, right stress", "[constitutive]", float, double) {
+TEMPLATE_TEST_CASE("fixed_corotated: singular, inverted and repeated F give finite, right stress", "[constitutive]",
+                   float, double) {
     Point<TestType> point;
     const double tolerance = 50 * static_cast<double>(std::numeric_limits<TestType>::epsilon());
     std::mt19937 random(6);
-    std::vector<Matrix3d> states = {diagonal(-1, 1, 1), Matrix3d::Zero(), diagonal(1, 1, 1e-8), diagonal(2, 2, 2), diagonal(-2, -2, -2),
-                                    diagonal(1, 0, 0), diagonal(0, 0, 1e-30), Matrix3d::Ones()};
+    std::vector<Matrix3d> states = {diagonal(-1, 1, 1),   Matrix3d::Zero(),  diagonal(1, 1, 1e-8),  diagonal(2, 2, 2),
+                                    diagonal(-2, -2, -2), diagonal(1, 0, 0), diagonal(0, 0, 1e-30), Matrix3d::Ones()};
     for (int i = 0; i < 200; ++i) states.push_back(random_matrix(random));
     for (const Matrix3d& F : states) {
         CAPTURE(F);
@@ -155,9 +166,12 @@ TEMPLATE_TEST_CASE("fixed_corotated: singular, inverted and repeated F give fini
         CHECK(tau.allFinite());
         CHECK(std::isfinite(point.energy(F)));
         const Vec3 s = F.jacobiSvd().singularValues();
-        const bool unique = F.determinant() >= 0 || s[1] - s[2] > 0.01;  // else any choice of the negative direction is right
-        if (unique) CHECK((tau - closed_form(F)).norm() <= tolerance * std::max(1.0, F.squaredNorm()));
-        else CHECK_THAT(tau.trace(), WithinAbs(closed_form(F).trace(), tolerance * std::max(1.0, F.squaredNorm())));
+        const bool unique =
+            F.determinant() >= 0 || s[1] - s[2] > 0.01;  // else any choice of the negative direction is right
+        if (unique)
+            CHECK((tau - closed_form(F)).norm() <= tolerance * std::max(1.0, F.squaredNorm()));
+        else
+            CHECK_THAT(tau.trace(), WithinAbs(closed_form(F).trace(), tolerance * std::max(1.0, F.squaredNorm())));
     }
 }
 
@@ -172,7 +186,8 @@ TEST_CASE("fixed_corotated: wave speeds bound the tangent's", "[constitutive]") 
 }
 
 TEST_CASE("fixed_corotated: Young's modulus may vary from particle to particle", "[constitutive]") {
-    const auto law = make<ConstitutiveLaw, double>("fixed_corotated", "youngs_modulus = 1\npoisson_ratio = 0.3", {.density = 1000});
+    const auto law =
+        make<ConstitutiveLaw, double>("fixed_corotated", "youngs_modulus = 1\npoisson_ratio = 0.3", {.density = 1000});
     Particles<double> particles(*law, lattice(3, 1.0), 1.0);
     std::vector<double> modulus(particles.size());
     for (std::size_t p = 0; p < particles.size(); ++p) {

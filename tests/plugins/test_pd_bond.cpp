@@ -15,17 +15,21 @@ constexpr double kSpacing = 0.01, kVolume = kSpacing * kSpacing * kSpacing, kMod
 
 template <class Real = double>
 ModelPtr<ConstitutiveLaw, Real> pd_bond(const std::string& more) {
-    return make<ConstitutiveLaw, Real>("pd_bond", "youngs_modulus = 1.5e6\n" + more, {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0});
+    return make<ConstitutiveLaw, Real>("pd_bond", "youngs_modulus = 1.5e6\n" + more,
+                                       {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0});
 }
 
-Particles<double> cube(const ConstitutiveLaw<double>& law, int count) { return {law, lattice(count, kSpacing), kVolume}; }
+Particles<double> cube(const ConstitutiveLaw<double>& law, int count) {
+    return {law, lattice(count, kSpacing), kVolume};
+}
 
 }  // namespace
 
 TEST_CASE("pd_bond: small-strain stiffness is the lattice sum over the own family", "[constitutive]") {
     for (const char* horizon : {"2.01", "3.015"}) {
         const auto law = pd_bond(std::string("horizon = ") + horizon);
-        auto particles = cube(*law, 13);  // a pair takes the mean of two constants: the neighbours' families are whole, too
+        auto particles =
+            cube(*law, 13);  // a pair takes the mean of two constants: the neighbours' families are whole, too
         const std::size_t p = middle(13);
         double sum = 0;  // of |X| V: c = 18 K / sum |X| V, and C = c/2 sum |X| V nnnn
         for (std::uint32_t s = particles.bonds().row[p]; s < particles.bonds().row[p + 1]; ++s)
@@ -40,8 +44,13 @@ TEST_CASE("pd_bond: small-strain stiffness is the lattice sum over the own famil
 }
 
 TEST_CASE("pd_bond: continuum micromodulus has the published lattice errors", "[constitutive]") {
-    struct Row { double horizon, bulk, shear, diagonal_shear; };  // B2, columns "full: BB"
-    for (const Row& row : {Row{2.0, 0.971, 0.882, 1.106}, {3.0, 1.121, 1.218, 0.976}, {3.015, 1.099, 1.194, 0.957}, {4.0, 0.943, 0.957, 0.923}}) {
+    struct Row {
+        double horizon, bulk, shear, diagonal_shear;
+    };  // B2, columns "full: BB"
+    for (const Row& row : {Row{2.0, 0.971, 0.882, 1.106},
+                           {3.0, 1.121, 1.218, 0.976},
+                           {3.015, 1.099, 1.194, 0.957},
+                           {4.0, 0.943, 0.957, 0.923}}) {
         CAPTURE(row.horizon);
         // A hair beyond the rim, which rounding must not decide.
         const auto law = pd_bond("calibration = \"continuum\"\nhorizon = " + std::to_string(row.horizon + 1e-6));
@@ -60,7 +69,8 @@ TEST_CASE("pd_bond: force is minus the energy's gradient", "[constitutive]") {
     std::mt19937 random(10);
     std::uniform_real_distribution<double> shift(-0.2 * kSpacing, 0.2 * kSpacing);
     std::vector<Vec3> y = particles.reference();
-    for (std::size_t p = 0; p < y.size(); ++p) particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
+    for (std::size_t p = 0; p < y.size(); ++p)
+        particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
     particles.evaluate();
     const double step = 1e-6 * kSpacing, scale = particles.largest_force();
     for (const std::size_t p : {std::size_t{0}, middle(5), particles.size() - 3})

@@ -22,7 +22,9 @@ std::string paper(double mu, double lambda, const std::string& more = "") {
 }
 
 /// A block whose inner particles see no surface at horizon 3.015.
-Particles<double> cube(const ConstitutiveLaw<double>& law, int count = 9) { return {law, lattice(count, kSpacing), kVolume}; }
+Particles<double> cube(const ConstitutiveLaw<double>& law, int count = 9) {
+    return {law, lattice(count, kSpacing), kVolume};
+}
 
 std::string refused_key(const std::string& table) {
     try {
@@ -42,10 +44,17 @@ Matrix3d some_stretch() {
 }  // namespace
 
 TEST_CASE("pd_elastic: small-strain stiffness is the lattice sum over the own family", "[constitutive]") {
-    struct Case { double mu, lambda, horizon; const char* influence; };
-    for (const Case& c : {Case{2e5, 1e6, 3.015, "linear"}, {1e6, 1e6, 2.01, "linear"}, {3e5, 0.0, 3.015, "constant"}, {0.0, 5e5, 2.01, "constant"}}) {
+    struct Case {
+        double mu, lambda, horizon;
+        const char* influence;
+    };
+    for (const Case& c : {Case{2e5, 1e6, 3.015, "linear"},
+                          {1e6, 1e6, 2.01, "linear"},
+                          {3e5, 0.0, 3.015, "constant"},
+                          {0.0, 5e5, 2.01, "constant"}}) {
         CAPTURE(c.mu, c.lambda, c.horizon, c.influence);
-        const auto law = pd_elastic(paper(c.mu, c.lambda, "horizon = " + std::to_string(c.horizon) + "\ninfluence = \"" + c.influence + '"'));
+        const auto law = pd_elastic(
+            paper(c.mu, c.lambda, "horizon = " + std::to_string(c.horizon) + "\ninfluence = \"" + c.influence + '"'));
         auto particles = cube(*law);
         const std::size_t p = middle(9);
         // C = (2 mu + lambda) sum_q w V_q nnnn with w V = 5 w^ V / sum_q w^ V
@@ -54,7 +63,8 @@ TEST_CASE("pd_elastic: small-strain stiffness is the lattice sum over the own fa
         double sum = 0;
         for (std::uint32_t s = particles.bonds().row[p]; s < particles.bonds().row[p + 1]; ++s)
             sum += influence((particles.reference()[particles.bonds().neighbour[s]] - particles.reference()[p]).norm());
-        const Stiffness expected = lattice_stiffness(particles, p, [&](double X) { return (2 * c.mu + c.lambda) * 5 * influence(X) / sum; });
+        const Stiffness expected =
+            lattice_stiffness(particles, p, [&](double X) { return (2 * c.mu + c.lambda) * 5 * influence(X) / sum; });
         const Stiffness measured = measure_stiffness(particles, p, kVolume);
         CHECK((measured - expected).norm() <= 1e-6 * expected.norm());
         const IsotropicAverage average = isotropic_average(measured);
@@ -65,25 +75,31 @@ TEST_CASE("pd_elastic: small-strain stiffness is the lattice sum over the own fa
     }
 }
 
-TEST_CASE("pd_elastic: calibration by modulus has the modulus whatever the bending ratio, at surfaces as well", "[constitutive]") {
+TEST_CASE("pd_elastic: calibration by modulus has the modulus whatever the bending ratio, at surfaces as well",
+          "[constitutive]") {
     for (const double ratio : {0.0, 0.3, 1.0, 10.0}) {
         const auto law = pd_elastic("youngs_modulus = 2.5e5\nbending_ratio = " + std::to_string(ratio));
         CHECK_THAT(law->moduli().youngs_modulus, WithinRel(2.5e5, 1e-12));
         auto particles = cube(*law, 5);
-        CHECK_THAT(isotropic_average(measure_stiffness(particles, middle(5), kVolume)).youngs_modulus(), WithinRel(2.5e5, 1e-6));
+        CHECK_THAT(isotropic_average(measure_stiffness(particles, middle(5), kVolume)).youngs_modulus(),
+                   WithinRel(2.5e5, 1e-6));
         // Surface families are lopsided, their isotropic average is not: sum w V = 5 by normalisation.
-        CHECK_THAT(isotropic_average(measure_stiffness(particles, 0, kVolume)).youngs_modulus(), WithinRel(2.5e5, 1e-6));
+        CHECK_THAT(isotropic_average(measure_stiffness(particles, 0, kVolume)).youngs_modulus(),
+                   WithinRel(2.5e5, 1e-6));
         CHECK_THAT(isotropic_average(measure_stiffness(particles, 0, kVolume)).poisson_ratio(), WithinAbs(0.25, 1e-6));
     }
 }
 
-TEST_CASE("pd_elastic: surface = \"none\" leaves incomplete families softer by their missing weight", "[constitutive]") {
+TEST_CASE("pd_elastic: surface = \"none\" leaves incomplete families softer by their missing weight",
+          "[constitutive]") {
     const auto law = pd_elastic("youngs_modulus = 2.5e5\nsurface = \"none\"\ninfluence = \"constant\"");
     auto particles = cube(*law, 7);
     const auto& row = particles.bonds().row;
     const double full = 32, corner = row[1] - row[0];
-    CHECK_THAT(isotropic_average(measure_stiffness(particles, middle(7), kVolume)).youngs_modulus(), WithinRel(2.5e5, 1e-6));
-    CHECK_THAT(isotropic_average(measure_stiffness(particles, 0, kVolume)).youngs_modulus(), WithinRel(2.5e5 * corner / full, 1e-6));
+    CHECK_THAT(isotropic_average(measure_stiffness(particles, middle(7), kVolume)).youngs_modulus(),
+               WithinRel(2.5e5, 1e-6));
+    CHECK_THAT(isotropic_average(measure_stiffness(particles, 0, kVolume)).youngs_modulus(),
+               WithinRel(2.5e5 * corner / full, 1e-6));
 }
 
 TEST_CASE("pd_elastic: rigid motion makes no force", "[constitutive]") {
@@ -101,8 +117,10 @@ TEST_CASE("pd_elastic: rigid motion makes no force", "[constitutive]") {
 }
 
 TEST_CASE("pd_elastic: under homogeneous strain averaged bonds are the bonds", "[constitutive]") {
-    // Y- = F X = Y, so mu and lambda act as one spring of 2 mu + lambda: the bending ratio cannot matter, even at surfaces.
-    const auto springs = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 0.0"), averaged = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 4.0");
+    // Y- = F X = Y, so mu and lambda act as one spring of 2 mu + lambda: the bending ratio cannot matter, even at
+    // surfaces.
+    const auto springs = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 0.0"),
+               averaged = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 4.0");
     auto a = cube(*springs, 7), b = cube(*averaged, 7);
     a.deform(some_stretch()), b.deform(some_stretch());
     a.evaluate(), b.evaluate();
@@ -122,7 +140,8 @@ TEST_CASE("pd_elastic: the integral deformation gradient is exact for affine map
     while (std::string(needs.particle_state.data[field].name) != "mean_deformation") ++field;
     for (std::size_t p = 0; p < particles.size(); ++p)
         for (std::size_t c = 0; c < 9; ++c)
-            CHECK_THAT(b.particle_state[field][c][p], WithinAbs(some_stretch()(static_cast<int>(c / 3), static_cast<int>(c % 3)), 1e-12));
+            CHECK_THAT(b.particle_state[field][c][p],
+                       WithinAbs(some_stretch()(static_cast<int>(c / 3), static_cast<int>(c % 3)), 1e-12));
 }
 
 TEST_CASE("pd_elastic: forces of any motion cancel in pairs", "[constitutive]") {
@@ -139,13 +158,15 @@ TEST_CASE("pd_elastic: forces of any motion cancel in pairs", "[constitutive]") 
 }
 
 TEST_CASE("pd_elastic: sheets and strands are exact in their span and free across it", "[constitutive]") {
-    const auto averaged = pd_elastic("youngs_modulus = 1e6"), springs = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 0.0");
+    const auto averaged = pd_elastic("youngs_modulus = 1e6"),
+               springs = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 0.0");
     for (const int dimensions : {2, 1}) {
         CAPTURE(dimensions);
         const Matrix3d turn = rotation(0.7, {1, 2, -1});  // the span is not aligned with the axes
         std::vector<Vec3> X;
         for (int i = 0; i < 9; ++i)
-            for (int j = 0; j < (dimensions == 2 ? 9 : 1); ++j) X.push_back(turn * Vec3(i * kSpacing, j * kSpacing, 0.0));
+            for (int j = 0; j < (dimensions == 2 ? 9 : 1); ++j)
+                X.push_back(turn * Vec3(i * kSpacing, j * kSpacing, 0.0));
         Particles<double> a(*averaged, X, kVolume), b(*springs, X, kVolume);
         a.deform(some_stretch()), b.deform(some_stretch());
         a.evaluate(), b.evaluate();
@@ -203,13 +224,15 @@ TEST_CASE("pd_elastic: parameters that contradict are refused by name", "[consti
     CHECK(contains(refused_key(paper(1, 1, "youngs_modulus = 1.0")), "youngs_modulus: "));
     CHECK(contains(refused_key(paper(1, 1, "bending_ratio = 1.0")), "bending_ratio: "));
     CHECK(contains(refused_key(paper(0, 0)), "lambda: "));
-    CHECK(contains(message_of([] { pd_elastic("youngs_modulus = 1e6\nhorizon = 1.0"); }), "'horizon' in pd_elastic must be above 1"));
+    CHECK(contains(message_of([] { pd_elastic("youngs_modulus = 1e6\nhorizon = 1.0"); }),
+                   "'horizon' in pd_elastic must be above 1"));
 }
 
 TEST_CASE("pd_elastic: one spring per bond needs no averaged deformation", "[constitutive]") {
     const LawNeeds springs = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 0.0")->needs();
     CHECK_FALSE(springs.prepare);
     CHECK_FALSE(springs.deformation_gradient);
-    for (std::uint32_t k = 0; k < springs.particle_state.size; ++k) CHECK(std::string(springs.particle_state.data[k].name) == "normalisation");
+    for (std::uint32_t k = 0; k < springs.particle_state.size; ++k)
+        CHECK(std::string(springs.particle_state.data[k].name) == "normalisation");
     CHECK(pd_elastic("youngs_modulus = 1e6")->needs().prepare);
 }

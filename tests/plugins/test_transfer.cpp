@@ -16,7 +16,9 @@ Kernel kernel(const std::string& name, int order, const std::string& more = "") 
     return make<TransferKernel, double>(name, "order = " + std::to_string(order) + "\n" + more);
 }
 
-double coordinate(std::mt19937& random, double low, double high) { return std::uniform_real_distribution(low, high)(random); }
+double coordinate(std::mt19937& random, double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+}
 Vec3 vector(std::mt19937& random, double low, double high) {
     return {coordinate(random, low, high), coordinate(random, low, high), coordinate(random, low, high)};
 }
@@ -89,7 +91,8 @@ TEST_CASE("transfer: nodal forces of a drifting line reproduce the cell-crossing
                     worst = std::max(worst, std::abs(force));
                 }
                 const double printed = std::stod(row.printed[i]);
-                const double half_digit = printed == 0 ? 1e-8 : 0.5 * std::pow(10.0, 2.0 - static_cast<double>(row.printed[i].size()));
+                const double half_digit =
+                    printed == 0 ? 1e-8 : 0.5 * std::pow(10.0, 2.0 - static_cast<double>(row.printed[i].size()));
                 CHECK(worst >= printed - half_digit);
                 CHECK(0.99 * worst <= printed + half_digit);
             }
@@ -211,7 +214,8 @@ TEST_CASE("flip: blend 1 adds the grid's change, blend 0 is pic", "[transfer]") 
     const double dt = 0.01;
     for (const int order : {1, 2, 3}) {
         CAPTURE(order);
-        const Kernel full = kernel("flip", order, "blend = 1.0"), none = kernel("flip", order, "blend = 0.0"), pic = kernel("pic", order);
+        const Kernel full = kernel("flip", order, "blend = 1.0"), none = kernel("flip", order, "blend = 0.0"),
+                     pic = kernel("pic", order);
         Tile<double> tile = random_tile(40), as_pic = random_tile(40), start = random_tile(40), other = random_tile(40);
         tile.scatter(*full, dt, true);
         tile.update();

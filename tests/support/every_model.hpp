@@ -28,7 +28,7 @@ inline std::string smallest_table(perimpm::Family family, const std::string& nam
         const bool has_default = !std::isnan(spec.default_value) || spec.default_text || spec.optional;
         if (has_default && !modulus) continue;
         const double low = spec.range.low, high = spec.range.high;
-        const double value = std::string(spec.unit) == "Pa"             ? 1e6
+        const double value = std::string(spec.unit) == "Pa"              ? 1e6
                              : std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
                              : std::isfinite(low)                        ? low + 1
                                                                          : 1.0;
@@ -49,7 +49,8 @@ inline void check_declaration(perimpm::Family family, const std::string& name) {
         CHECK_FALSE(std::string(spec.doc).empty());
         const bool is_choice = spec.kind == perimpm::ParamKind::choice;
         CHECK((!is_choice || spec.choices));
-        for (const char c : std::string(spec.key)) CHECK(((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'));
+        for (const char c : std::string(spec.key))
+            CHECK(((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'));
         // Doubling a letter makes a key that nobody declares.
         const std::string misspelt = std::string(spec.key) + spec.key[std::string(spec.key).size() - 1];
         const std::string table = smallest_table(family, name) + misspelt + " = 1\n";

@@ -57,7 +57,7 @@ struct IsotropicAverage {
     double bulk_modulus() const { return lambda + 2 * mu / 3; }
 };
 inline IsotropicAverage isotropic_average(const Stiffness& C) {
-    const double A = C.topLeftCorner<3, 3>().sum();                                                  // C_iijj
-    const double B = C.topLeftCorner<3, 3>().trace() + 2 * C.bottomRightCorner<3, 3>().trace();       // C_ijij
+    const double A = C.topLeftCorner<3, 3>().sum();                                              // C_iijj
+    const double B = C.topLeftCorner<3, 3>().trace() + 2 * C.bottomRightCorner<3, 3>().trace();  // C_ijij
     return {(2 * A - B) / 15, (3 * B - A) / 30};
 }

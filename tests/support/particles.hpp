@@ -9,7 +9,8 @@
 #include "state/array.hpp"
 #include "state/bonds.hpp"
 
-/// Particles of one material with everything that its law asked for, without a simulation: for tests of laws and criteria.
+/// Particles of one material with everything that its law asked for, without a simulation: for tests of laws and
+/// criteria.
 template <class Real>
 class Particles {
 public:
@@ -20,9 +21,16 @@ public:
     template <class T>
     using Fields = perimpm::FieldArray<T>;
 
-    /// At rest at X, each of `volume` [m^3] and of `density` [kg/m^3]. Bond laws get their families and run `initialise`.
+    /// At rest at X, each of `volume` [m^3] and of `density` [kg/m^3]. Bond laws get their families and run
+    /// `initialise`.
     Particles(const perimpm::ConstitutiveLaw<Real>& law, std::vector<Vec3> X, double volume, double density = 1000.0)
-        : law_{law}, needs_{law.needs()}, X_{std::move(X)}, volume_(size()), mass_(size()), x_(size(), 3), v_(size(), 3) {
+        : law_{law},
+          needs_{law.needs()},
+          X_{std::move(X)},
+          volume_(size()),
+          mass_(size()),
+          x_(size(), 3),
+          v_(size(), 3) {
         for (std::size_t p = 0; p < size(); ++p) {
             volume_[p] = static_cast<Real>(volume);
             mass_[p] = static_cast<Real>(density * volume);
@@ -75,8 +83,9 @@ public:
         }
         for (std::size_t k = 0; k < bond_state_.size(); ++k) b.bond_state[k] = bond_state_[k].data();
         if (!needs_.bonds) return b;
-        b.family = {bonds_.row.data() + first, bonds_.neighbour.data(), bonds_.broken.data(), bonds_.damage.data() + first,
-                    position_.data(),          reference_.data(),       volume_.data(),        length_.data()};
+        b.family = {
+            bonds_.row.data() + first, bonds_.neighbour.data(), bonds_.broken.data(), bonds_.damage.data() + first,
+            position_.data(),          reference_.data(),       volume_.data(),       length_.data()};
         return b;
     }
     perimpm::Block<Real> block() { return block(0, size()); }
@@ -112,7 +121,8 @@ public:
         return t;
     }
     Vec3 force(std::size_t p) const {
-        return {static_cast<double>(force_[0][p]), static_cast<double>(force_[1][p]), static_cast<double>(force_[2][p])};
+        return {static_cast<double>(force_[0][p]), static_cast<double>(force_[1][p]),
+                static_cast<double>(force_[2][p])};
     }
     double largest_force() const {
         double largest = 0;

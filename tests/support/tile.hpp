@@ -58,7 +58,8 @@ public:
     /// Scattered momentum and impulse of node n = (8 i + j) 8 + k.
     Vec3 node_momentum(std::size_t n) const {
         Vec3 sum;
-        for (std::size_t c = 0; c < 3; ++c) sum[static_cast<int>(c)] = static_cast<double>(tile_[4 * n + c] + increment_[4 * n + c]);
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[static_cast<int>(c)] = static_cast<double>(tile_[4 * n + c] + increment_[4 * n + c]);
         return sum;
     }
     double node_mass(std::size_t n) const { return static_cast<double>(tile_[4 * n + 3]); }
@@ -78,7 +79,8 @@ public:
     static constexpr std::size_t kNodes = 512;
 
 private:
-    static constexpr std::size_t kPadded = perimpm::kTileValues + 16;  ///< as in the core: columns may be read past the end
+    static constexpr std::size_t kPadded =
+        perimpm::kTileValues + 16;  ///< as in the core: columns may be read past the end
 
     perimpm::TransferBlock<Real> block(double dt, bool local) {
         perimpm::TransferBlock<Real> b;
@@ -86,8 +88,10 @@ private:
         b.dt = static_cast<Real>(dt), b.spacing = static_cast<Real>(spacing_);
         b.x = x_.view(), b.v = v_.view(), b.C = C_.view();
         b.mass = mass_.data(), b.volume = volume_.data();
-        if (local) b.F = F_.view(), b.tau = tau_.view();
-        else b.force = force_.view();
+        if (local)
+            b.F = F_.view(), b.tau = tau_.view();
+        else
+            b.force = force_.view();
         b.tile = tile_.data(), b.increment = increment_.data();
         return b;
     }

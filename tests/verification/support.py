@@ -88,8 +88,8 @@ def rotation(axis: Any, angle: float) -> Array:
 
 @dataclass
 class Wave:
-    """The first mode of a slab 0 <= X <= 1 in uniaxial strain, exact for fixed-corotated at any amplitude below 1 / pi (A3):
-    P = M (F - 1), u = A shape(pi X) sin(pi c t)."""
+    """The first mode of a slab 0 <= X <= 1 in uniaxial strain: u = A shape(pi X) sin(pi c t), exact for
+    fixed-corotated, whose P = M (F - 1), at any amplitude below 1 / pi (A3)."""
 
     sim: perimpm.Simulation
     amplitude: float  # m

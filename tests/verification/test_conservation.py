@@ -12,7 +12,7 @@ SPACING = 0.1  # m; dx = 0.2 m
 STEPS = 100
 ROUND_OFF = 1e-12
 
-GRID = [{"type": name, "order": order} for name in ("pic", "flip", "apic") for order in (1, 2, 3)]
+GRID: list[Tree] = [{"type": name, "order": order} for name in ("pic", "flip", "apic") for order in (1, 2, 3)]
 SPRINGS = {**PD_ELASTIC, "bending_ratio": 0.0}
 LAWS = {"fixed_corotated": LOCAL, "pd_elastic": PD_ELASTIC, "pd_elastic, springs": SPRINGS, "pd_bond": PD_BOND}
 
@@ -67,7 +67,8 @@ def test_linear_momentum_with_moving_least_squares(transfer: str, order: int) ->
 @pytest.mark.parametrize("divergence", ["gradient", "mls"])
 @pytest.mark.parametrize("order", [2, 3])
 def test_angular_momentum_of_apic(order: int, divergence: str) -> None:
-    """With the affine term counted. (The linear spline's term changes with the position in the cell: no such law there.)"""
+    """With the affine term counted. (The linear spline's term changes with the place in the cell: no such law
+    there.)"""
     sim = shaken(LOCAL, {"type": "apic", "order": order, "stress_divergence": divergence})
     assert drifts(sim)[1] <= ROUND_OFF
 
@@ -120,8 +121,8 @@ def test_ledger_of_transfers() -> None:
 
 
 def surviving(transfer: Tree, steps: int) -> float:
-    """Share of the energy of a mode that quadratic and cubic grids cannot see: +v and -v in turn, two to a cell, on every
-    axis. Particles so slow that they keep their places."""
+    """Share of the energy of a mode that the grid cannot see: +v and -v in turn, two to a cell, on every axis. The
+    particles are so slow that they keep their places."""
     law = {**LOCAL, "youngs_modulus": 1e-30}
     sim = perimpm.Simulation(scene(law, box([0] * 3, [1.6] * 3), SPACING, transfer=transfer, dt=1e-3), threads=1)
     x: Array = sim.particles["x"]
@@ -133,17 +134,18 @@ def surviving(transfer: Tree, steps: int) -> float:
 
 
 def test_ringing() -> None:
-    """A8, null space: with two particles at +-dx/4 of every node line the grid's velocity vanishes inside. FLIP keeps the
-    mode for good (b = 1), a blend of b loses 1 - b^2 a step, PIC and APIC erase it in one step; what is left of it there
-    lives in the outer layer, where stencils are cut."""
+    """A8, null space: with two particles at +-dx/4 of every node line the grid's velocity vanishes inside. FLIP keeps
+    the mode for good (b = 1), a blend of b loses 1 - b^2 a step, PIC and APIC erase it in one step; what is left of
+    it there lives in the outer layer, where stencils are cut."""
     rows = {}
+    transfers: dict[str, Tree] = {
+        "pic": {"type": "pic"},
+        "apic": {"type": "apic"},
+        "flip 1": {"type": "flip", "blend": 1.0},
+        "flip 0.99": {"type": "flip", "blend": 0.99},
+    }
     for order in (1, 2, 3):
-        for name, transfer in {
-            "pic": {"type": "pic"},
-            "apic": {"type": "apic"},
-            "flip 1": {"type": "flip", "blend": 1.0},
-            "flip 0.99": {"type": "flip", "blend": 0.99},
-        }.items():
+        for name, transfer in transfers.items():
             tree = {**transfer, "order": order}
             rows[name, order] = (surviving(tree, 1), surviving(tree, STEPS))
     print("\ntransfer   order  energy after 1 step, after 100")

@@ -75,8 +75,8 @@ def cube_mesh(folder: Path, half: float) -> Path:
 @pytest.mark.parametrize("kind", ["plane", "box", "sphere", "cylinder", "mesh"])
 @pytest.mark.parametrize("law", ["fixed_corotated", "pd_bond"])
 def test_colliders_stop_particles(kind: str, law: str, tmp_path: Path) -> None:
-    """A block thrown at a still obstacle of half width 0.2 m turns back, and no particle goes in by more than a tenth of a
-    cell, half a cell at the summit of a curved obstacle, where one node of the grid carries all."""
+    """A block thrown at a still obstacle of half width 0.2 m turns back, and no particle goes in by more than a tenth
+    of a cell, half a cell at the summit of a curved obstacle, where one node of the grid carries all."""
     half = 0.2
     shapes: dict[str, Tree] = {
         "plane": {"type": "plane", "point": [0, half, 0], "normal": [0, 1, 0]},
@@ -109,7 +109,8 @@ def test_colliders_stop_particles(kind: str, law: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("law", list(LAWS))
 def test_moving_collider_pushes(law: str) -> None:
-    """A wall at V meets a body at rest: it leaves with V (all energy of the impact lost) to 2 V (none), and ahead of it."""
+    """A wall at V meets a body at rest: it leaves with V (all energy of the impact lost) to 2 V (none), and ahead of
+    it."""
     speed = 1.0
     wall: Tree = {"shape": {"type": "plane", "point": [-0.1, 0, 0], "normal": [1, 0, 0]}, "velocity": [speed, 0, 0]}
     sim = perimpm.Simulation(scene(LAWS[law], box([0] * 3, [0.2] * 3), H, dx=DX, collider=[wall]), threads=1)
@@ -125,7 +126,8 @@ def test_turning_collider_carries() -> None:
         "contact": "sticky",
         "angular_velocity": [0, 1.0, 0],
     }
-    sim = perimpm.Simulation(scene(LOCAL, box([-0.1, 0, -0.1], [0.1, 0.1, 0.1]), H, dx=DX, collider=[table]), threads=1)
+    block = box([-0.1, 0, -0.1], [0.1, 0.1, 0.1])
+    sim = perimpm.Simulation(scene(LOCAL, block, H, dx=DX, collider=[table]), threads=1)
     run_to(sim, 1.0)
     x, v, m = sim.particles["x"], sim.particles["v"], sim.particles["mass"]
     spin = np.sum(m * (x[:, 2] * v[:, 0] - x[:, 0] * v[:, 2]))

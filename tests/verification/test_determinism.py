@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -17,7 +18,7 @@ FLOOR: Tree = {"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0
 BALL: Tree = {"shape": {"type": "sphere", "center": [0.2, 0.1, 0.2], "radius": 0.1}, "velocity": [0.0, 0.0, 0.5]}
 
 
-def thrown(tree: Tree, fields: list[str], **more: object) -> Tree:
+def thrown(tree: Tree, fields: list[str], **more: Any) -> Tree:
     """Falls at 2 m/s on a floor at y = 0 or on what `more` adds, with six frames."""
     tree["simulation"] |= {"end_time": 0.1, "frame_rate": 50.0, "gravity": [0.0, -9.81, 0.0]}
     tree["output"] = {"formats": ["hdf5"], "fields": fields}
@@ -48,7 +49,9 @@ def breaking(transfer: str) -> Tree:
 COMMON = ["x", "v", "id"]
 SCENES = {
     "fixed_corotated": lambda: thrown(block_of(LOCAL), [*COMMON, "F", "C"], collider=[FLOOR]),
-    "fixed_corotated double flip": lambda: thrown(block_of(LOCAL, "double", {"type": "flip", "order": 3}), COMMON, collider=[FLOOR]),
+    "fixed_corotated double flip": lambda: thrown(
+        block_of(LOCAL, "double", {"type": "flip", "order": 3}), COMMON, collider=[FLOOR]
+    ),
     "pd_elastic": lambda: thrown(block_of(PD_ELASTIC), [*COMMON, "force"], collider=[FLOOR]),
     "pd_bond": lambda: thrown(block_of(PD_BOND), [*COMMON, "force"], collider=[FLOOR]),
     "pd_bond without grid": lambda: thrown(block_of(PD_BOND, transfer={"type": "particle"}), COMMON, collider=[FLOOR]),
@@ -63,9 +66,9 @@ def frames(tree: Tree, threads: int, folder: Path) -> dict[str, np.ndarray]:
     values: dict[str, np.ndarray] = {}
     for file in sorted(folder.glob("frame.*.h5")):
         with h5py.File(file) as h5:
-            h5.visititems(
-                lambda name, item: values.update({f"{file.name}/{name}": item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
+            names: list[str] = []
+            h5.visit(names.append)
+            values |= {f"{file.name}/{name}": h5[name][()] for name in names if isinstance(h5[name], h5py.Dataset)}
     return values
 
 

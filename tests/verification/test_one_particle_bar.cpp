@@ -1,12 +1,13 @@
-// One-particle bar, REFERENCES.md A1: one linear cell [0, 1] m, left nodes fixed, one particle at x0 = 1/2, E = 4 pi^2 Pa,
-// rho = 1 kg/m^3, Hencky with nu = 0, FLIP. No error in space; as the step tends to 0, with w = sqrt(E/rho) = 2 pi/s,
+// One-particle bar, REFERENCES.md A1: one linear cell [0, 1] m, left nodes fixed, one particle at x0 = 1/2, E = 4 pi^2
+// Pa, rho = 1 kg/m^3, Hencky with nu = 0, FLIP. No error in space; as the step tends to 0, with w = sqrt(E/rho) = 2
+// pi/s,
 //   (1) v(t) = v0 cos(w t),  x(t) = x0 exp(v0/w sin(w t)),  tau(t) = E v0/w sin(w t)
 // The step, on paper (strain e = ln F, right nodes' velocity u, their mass x m, their force -V tau):
 //   (2) u = v - dt w^2 e/x,  v += u's change times x,  e = e + ln(1 + dt u),  x += dt x u
 // For v0 -> 0 the place is frozen at x0 = 1/2 and (2) is linear; with k = (w dt)^2, cos a = sqrt(1 - k), exactly
 //   (3) v_n = v0 (1 - k)^((n-1)/2) cos((n - 1) a)
-// so strain from the grid's new velocity (USL) costs amplitude at the rate w^2 dt/2 with a single particle per cell: first
-// order. The second order that A1 names belongs to schemes that map velocities back before straining (MUSL, USF).
+// so strain from the grid's new velocity (USL) costs amplitude at the rate w^2 dt/2 with a single particle per cell:
+// first order. The second order that A1 names belongs to schemes that map velocities back before straining (MUSL, USF).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -64,7 +65,8 @@ Errors run(double dt) {
         const double phase = kOmega * n * dt, stretch = kSpeed / kOmega * std::sin(phase);
         worst.speed = std::max(worst.speed, std::abs(entry(bar.field("v"), 0) / kSpeed - std::cos(phase)));
         worst.place = std::max(worst.place, std::abs(entry(bar.field("x"), 0) / 0.5 - std::exp(stretch)));
-        worst.stress = std::max(worst.stress, std::abs(std::log(entry(bar.field("F"), 0)) * kOmega / kSpeed - std::sin(phase)));
+        worst.stress =
+            std::max(worst.stress, std::abs(std::log(entry(bar.field("F"), 0)) * kOmega / kSpeed - std::sin(phase)));
     }
     return worst;
 }
@@ -87,7 +89,8 @@ TEST_CASE("one-particle bar: ten periods of the frozen bar, exactly", "[verifica
     for (int n = 1; n <= 1000; ++n) {
         bar.step();
         const double amplitude = std::pow(1 - k, (n - 1) / 2.0);
-        CHECK_THAT(entry(bar.field("v"), 0) / v0, WithinAbs(amplitude * std::cos((n - 1) * angle), 1e-6));  // (3), to v0's order
+        CHECK_THAT(entry(bar.field("v"), 0) / v0,
+                   WithinAbs(amplitude * std::cos((n - 1) * angle), 1e-6));  // (3), to v0's order
     }
 }
 

@@ -1,5 +1,5 @@
-"""Rigid rotation (A7). Shortened against the reference: 6 or 5 cells an edge instead of 20, 10 turns instead of 10^4 in the
-fast variant; the 20 s of the public gate are kept."""
+"""Rigid rotation (A7). Shortened against the reference: 6 or 5 cells an edge instead of 20, 10 turns instead of 10^4 in
+the fast variant; the 20 s of the public gate are kept."""
 
 from __future__ import annotations
 
@@ -56,14 +56,15 @@ def test_public_gate_of_twenty_seconds(divergence: str) -> None:
 
 
 def test_known_losses_of_the_others() -> None:
-    """Over one turn. Reference at 20 cells: FLIP L -2.6 %, FLIP 0.95 -96 %, PIC -100 %. FLIP's loss falls with dx^1.8: -43 %
-    at 5 cells, -12 % at 10."""
+    """Over one turn. Reference at 20 cells: FLIP L -2.6 %, FLIP 0.95 -96 %, PIC -100 %. FLIP's loss falls with
+    dx^1.8: -43 % at 5 cells, -12 % at 10."""
     kept = {}
-    for name, transfer in {
+    transfers: dict[str, Tree] = {
         "flip 1": {"type": "flip", "blend": 1.0},
         "flip 0.95": {"type": "flip", "blend": 0.95},
         "pic": {"type": "pic"},
-    }.items():
+    }
+    for name, transfer in transfers.items():
         sim, dt = cube(transfer, cells=5)
         before = sim.ledger
         sim.step(round(2 * np.pi / dt))

@@ -1,6 +1,7 @@
 """Standing wave of large amplitude, exact for fixed-corotated without any body force (A3): the order of accuracy.
 
-With free ends, where this law's stress vanishes at all times, instead of fixed ones. Fixed ends show what domain faces do."""
+With free ends, where this law's stress vanishes at all times, instead of fixed ones. Fixed ends show what domain
+faces do."""
 
 from __future__ import annotations
 

@@ -37,7 +37,8 @@ template <class Real>
 void obey(const GridSpec& grid, const Near& near, const Vec3& x, Real* node, Acting acting) {
     Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
     for (const Collider* collider : near.colliders)
-        if (collider->signed_distance(x) <= 0) v = acting == Acting::all ? collider->resolve(x, v) : collider->hold(x, v);
+        if (collider->signed_distance(x) <= 0)
+            v = acting == Acting::all ? collider->resolve(x, v) : collider->hold(x, v);
     if (near.faces) v = apply_faces(grid, x, v, acting);
     for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
 }

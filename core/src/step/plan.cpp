@@ -20,7 +20,7 @@ public:
 
     Plan make() {
         plan_.dt = w_.dt, plan_.particles = w_.count;
-        plan_.libraries = opened_plugins();
+        plan_.libraries = own_libraries();
         if (w_.transfer_needs.grid)
             add_grid_passes();
         else
@@ -41,6 +41,24 @@ private:
         models.erase(std::unique(models.begin(), models.end()), models.end());
         plan_.passes.push_back(
             {std::move(name), std::move(reads), std::move(writes), fmt::format("{}", fmt::join(models, ", "))});
+    }
+    /// The plugins and modules this scene opens; the process may hold others, of other scenes.
+    Names own_libraries() const {
+        Names names{"transfer/" + w_.scene.transfer.type};
+        for (const std::string& law : local_laws_) names.push_back("constitutive/" + law);
+        for (const std::string& law : bond_laws_) names.push_back("constitutive/" + law);
+        for (const std::string& criterion : criteria_) names.push_back("fracture/" + criterion);
+        if (has_mesh()) names.push_back("module/mesh");
+        std::sort(names.begin(), names.end());
+        names.erase(std::unique(names.begin(), names.end()), names.end());
+        return names;
+    }
+    bool has_mesh() const {
+        const auto is_mesh = [](const auto& part) {
+            return std::get<std::string>(part.shape.find("type")->data) == "mesh";
+        };
+        return std::any_of(w_.scene.bodies.begin(), w_.scene.bodies.end(), is_mesh) ||
+               std::any_of(w_.scene.colliders.begin(), w_.scene.colliders.end(), is_mesh);
     }
     void add_bond_pass() {
         if (!bond_laws_.empty()) pass("bond forces", {"x", "bonds"}, {"force"}, bond_laws_);
@@ -126,11 +144,7 @@ private:
         if (w_.transfer_needs.grid && !w_.transfer_needs.increment)
             skip("velocities before forces on the grid",
                  fmt::format("transfer '{}' does not use them", s.transfer.type));
-        const auto opened = [&](const char* name) {
-            return std::find(plan_.libraries.begin(), plan_.libraries.end(), name) != plan_.libraries.end();
-        };
-        if (!opened("module/mesh"))
-            skip("mesh import and level sets (assimp, OpenVDB)", "no shape of this scene is a mesh");
+        if (!has_mesh()) skip("mesh import and level sets (assimp, OpenVDB)", "no shape of this scene is a mesh");
     }
 
     World<Real>& w_;

@@ -1,7 +1,6 @@
-#include "perimpm/math/bspline.hpp"
-
 #include <algorithm>
 
+#include "perimpm/math/bspline.hpp"
 #include "support/catch.hpp"
 
 using namespace perimpm;
@@ -23,10 +22,10 @@ void check_sums() {
         const BSpline<Real, Order> s(static_cast<Real>(x));
         Real unity = 0, derivative = 0, first = 0, slope = 0, second = 0;
         for (int i = 0; i < 4; ++i) {
-            unity += s.w[i];                       // = 1
-            derivative += s.dw[i];                 // = 0
-            first += s.w[i] * s.d[i];              // = 0: sum_i w_i x_i = x
-            slope += s.dw[i] * s.d[i];             // = 1: the derivative of sum_i w_i x_i = x
+            unity += s.w[i];            // = 1
+            derivative += s.dw[i];      // = 0
+            first += s.w[i] * s.d[i];   // = 0: sum_i w_i x_i = x
+            slope += s.dw[i] * s.d[i];  // = 1: the derivative of sum_i w_i x_i = x
             second += s.w[i] * s.d[i] * s.d[i];
         }
         CHECK(std::abs(unity - 1) <= tolerance);

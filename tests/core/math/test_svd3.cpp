@@ -1,7 +1,6 @@
-#include "perimpm/math/svd3.hpp"
-
 #include <random>
 
+#include "perimpm/math/svd3.hpp"
 #include "support/catch.hpp"
 
 using namespace perimpm;
@@ -80,7 +79,8 @@ TEMPLATE_TEST_CASE("svd3: special matrices have proper rotations", "[math]", flo
 
 TEMPLATE_TEST_CASE("svd3: repeated and small singular values survive rotations", "[math]", float, double) {
     std::mt19937 random(2);
-    const TestType values[][3] = {{1, 1, 1}, {2, 2, 1}, {2, 1, 1}, {1, 1, TestType(1e-8)}, {1, TestType(1e-6), 0}, {1, 1, -1}, {1, 0, 0}};
+    const TestType values[][3] = {{1, 1, 1},  {2, 2, 1}, {2, 1, 1}, {1, 1, TestType(1e-8)}, {1, TestType(1e-6), 0},
+                                  {1, 1, -1}, {1, 0, 0}};
     for (const auto& s : values)
         for (int i = 0; i < 100; ++i) {
             const auto F = random_rotation<TestType>(random) * Mat3<TestType>::diagonal(s[0], s[1], s[2]) *

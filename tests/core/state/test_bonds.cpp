@@ -1,7 +1,6 @@
-#include "state/bonds.hpp"
-
 #include <random>
 
+#include "state/bonds.hpp"
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include "support/particles.hpp"
@@ -53,7 +52,8 @@ TEST_CASE("bonds: random clouds have exactly the pairs within the horizon, both 
         std::vector<std::uint32_t> expected;
         for (std::uint32_t q = 0; q < X.size(); ++q)
             if (q != p && (X[q] - X[p]).norm() <= horizon) expected.push_back(q);
-        CHECK(std::vector(bonds.neighbour.data() + bonds.row[p], bonds.neighbour.data() + bonds.row[p + 1]) == expected);
+        CHECK(std::vector(bonds.neighbour.data() + bonds.row[p], bonds.neighbour.data() + bonds.row[p + 1]) ==
+              expected);
     }
     CHECK(bonds.row[X.size()] == bonds.size());
     CHECK(bonds.broken.empty());

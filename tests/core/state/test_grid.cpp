@@ -1,9 +1,8 @@
-#include "state/grid.hpp"
-
 #include <algorithm>
 #include <map>
 #include <set>
 
+#include "state/grid.hpp"
 #include "state/morton.hpp"
 #include "support/catch.hpp"
 
@@ -44,7 +43,8 @@ TEMPLATE_TEST_CASE("grid: tiles meet on the nodes that they share", "[state]", f
     for (const ParticleBlock& block : grid.particle_blocks()) {
         for (int n = 0; n < kTileValues / 4; ++n, ++value) {
             expected[tile_node(block, n)] += value;
-            for (int c = 0; c < 4; ++c) tile[static_cast<std::size_t>(4 * n + c)] = static_cast<TestType>(value * (c + 1));
+            for (int c = 0; c < 4; ++c)
+                tile[static_cast<std::size_t>(4 * n + c)] = static_cast<TestType>(value * (c + 1));
         }
         grid.add_tile(block, tile.data(), false);
     }
@@ -52,7 +52,8 @@ TEMPLATE_TEST_CASE("grid: tiles meet on the nodes that they share", "[state]", f
         grid.load_tile(block, tile.data(), false);
         for (int n = 0; n < kTileValues / 4; ++n)
             for (int c = 0; c < 4; ++c)
-                CHECK(tile[static_cast<std::size_t>(4 * n + c)] == static_cast<TestType>(expected[tile_node(block, n)] * (c + 1)));
+                CHECK(tile[static_cast<std::size_t>(4 * n + c)] ==
+                      static_cast<TestType>(expected[tile_node(block, n)] * (c + 1)));
     }
 }
 
@@ -85,7 +86,8 @@ TEST_CASE("grid: blocks of one colour never share a node", "[state]") {
     for (int colour = 0; colour < 8; ++colour) {
         std::set<Node> used;
         for (const std::uint32_t b : grid.colour(colour))
-            for (int n = 0; n < kTileValues / 4; ++n) CHECK(used.insert(tile_node(grid.particle_blocks()[b], n)).second);
+            for (int n = 0; n < kTileValues / 4; ++n)
+                CHECK(used.insert(tile_node(grid.particle_blocks()[b], n)).second);
         total += grid.colour(colour).size();
     }
     CHECK(total == blocks.size());

@@ -1,8 +1,7 @@
-#include "state/morton.hpp"
-
 #include <algorithm>
 #include <vector>
 
+#include "state/morton.hpp"
 #include "support/catch.hpp"
 
 using namespace perimpm;

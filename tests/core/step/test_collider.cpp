@@ -1,7 +1,6 @@
-#include "step/collider.hpp"
-
 #include <numbers>
 
+#include "step/collider.hpp"
 #include "support/catch.hpp"
 
 using namespace perimpm;
@@ -11,8 +10,14 @@ namespace {
 const Vec3 kUp = Vec3::UnitY();
 
 ColliderSpec still() {
-    return {.name = "floor", .shape = {}, .contact = Contact::separate, .friction = 0.0, .velocity = Vec3::Zero(),
-            .angular_velocity = Vec3::Zero(), .pivot = Vec3::Zero(), .source = {}};
+    return {.name = "floor",
+            .shape = {},
+            .contact = Contact::separate,
+            .friction = 0.0,
+            .velocity = Vec3::Zero(),
+            .angular_velocity = Vec3::Zero(),
+            .pivot = Vec3::Zero(),
+            .source = {}};
 }
 
 /// The half space below y = 0.
@@ -65,8 +70,8 @@ TEST_CASE("collider: a moving one resolves relative velocities", "[step]") {
     Collider lift = floor_collider(spec);
     lift.set_time(2.0);
     CHECK(lift.signed_distance({5.0, 3.0, 0.0}) == Approx(1.0));
-    CHECK(lift.resolve(Vec3::Zero(), {1.0, 0.5, 0.0}) == Vec3(1.0, 1.0, 0.0));   // slower than the lift
-    CHECK(lift.resolve(Vec3::Zero(), {1.0, 1.5, 0.0}) == Vec3(1.0, 1.5, 0.0));   // leaves it
+    CHECK(lift.resolve(Vec3::Zero(), {1.0, 0.5, 0.0}) == Vec3(1.0, 1.0, 0.0));  // slower than the lift
+    CHECK(lift.resolve(Vec3::Zero(), {1.0, 1.5, 0.0}) == Vec3(1.0, 1.5, 0.0));  // leaves it
     CHECK(lift.max_speed() == 1.0);
 }
 
