@@ -102,7 +102,7 @@ def test_colliders_stop_particles(kind: str, law: str, tmp_path: Path) -> None:
         deepest = max(deepest, float(inside.max()))
     velocity = mean(sim, "v")
     print(f"\n{kind}, {law}: depth {deepest / DX:.3f} dx, leaves at {velocity[1]:.2f} m/s")
-    assert deepest <= (0.5 if kind in ("sphere", "cylinder") else 0.1) * DX
+    assert deepest <= 0.1 * DX
     assert 0.2 < velocity[1] <= 2.0
     assert np.abs(velocity[[0, 2]]).max() < 0.05
 
