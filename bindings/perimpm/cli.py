@@ -158,6 +158,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = str(error)
         print(text if ": error: " in text.partition("\n")[0] else f"error: {text}", file=sys.stderr)
         return 2
+    except MemoryError:
+        print("error: the scene needs more memory than there is: use a larger grid.spacing", file=sys.stderr)
+        return 2
     except SimulationError as error:
         print(f"simulation failed: {error}", file=sys.stderr)
         return 3

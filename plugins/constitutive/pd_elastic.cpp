@@ -77,8 +77,10 @@ public:
           linear_{p.is("influence", "linear")},
           own_family_{p.is("surface", "family")} {
         if (p["poisson_ratio"] != kPoissonRatio)
-            throw InvalidParameter("poisson_ratio",
-                                   "pd_elastic has 1/4 whatever mu and lambda; another ratio needs a law like pd_lps");
+            throw InvalidParameter(
+                "poisson_ratio",
+                "must be 1/4, which this law has whatever mu and lambda; another ratio needs fixed_corotated, or a "
+                "linear peridynamic solid (pd_lps)");
         const bool paper = p.is("calibration", "paper");
         for (const char* key : {"mu", "lambda"})
             if (p.given(key) != paper)

@@ -92,7 +92,7 @@ TEST_CASE("pd_elastic: calibration by modulus has the modulus whatever the bendi
 
 TEST_CASE("pd_elastic: surface = \"none\" leaves incomplete families softer by their missing weight",
           "[constitutive]") {
-    const auto law = pd_elastic("youngs_modulus = 2.5e5\nsurface = \"none\"\ninfluence = \"constant\"");
+    const auto law = pd_elastic("youngs_modulus = 2.5e5\nsurface = \"none\"\nhorizon = 2.01\ninfluence = \"constant\"");
     auto particles = cube(*law, 7);
     const auto& row = particles.bonds().row;
     const double full = 32, corner = row[1] - row[0];

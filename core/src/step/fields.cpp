@@ -84,6 +84,17 @@ FrameField body_field(const World<Real>& w) {
     return f;
 }
 
+/// Every name that output.fields may hold in this scene, once.
+template <class Real>
+std::vector<std::string> frame_field_names(World<Real>& w) {
+    std::vector<std::string> names{"body"};
+    for (Material<Real>& m : w.materials)
+        for (const FieldView& v : list_fields(w, m.name)) names.push_back(v.name);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+}
+
 }  // namespace
 
 template <class Real>
@@ -106,7 +117,6 @@ std::vector<FieldView> list_fields(World<Real>& w, const std::string& material) 
 template <class Real>
 Frame make_frame(World<Real>& w, std::uint32_t number) {
     Frame frame{number, w.time, w.steps, w.count, {}};
-    std::vector<std::string> existing{"body"};
     for (const std::string& name : w.scene.output.fields) {
         if (name == "body") {
             frame.fields.push_back(body_field(w));
@@ -115,7 +125,6 @@ Frame make_frame(World<Real>& w, std::uint32_t number) {
         FrameField* field = nullptr;
         for (Material<Real>& m : w.materials)
             for (const FieldView& v : list_fields(w, m.name)) {
-                existing.push_back(v.name);
                 if (v.name != name) continue;
                 if (!field) field = &frame.fields.emplace_back(empty_field(v, m.law_name, w.count));
                 if (field->components != v.components)
@@ -123,8 +132,8 @@ Frame make_frame(World<Real>& w, std::uint32_t number) {
                 place(*field, w.id.data() + m.begin, v);
             }
         if (!field)
-            throw InputError(w.scene.source.place.text(),
-                             "output.fields: no field '" + name + "' in this scene\n  " + suggestion(name, existing));
+            throw InputError(w.scene.source.place.text(), "output.fields: no field '" + name + "' in this scene\n  " +
+                                                              suggestion(name, frame_field_names(w)));
     }
     return frame;
 }
