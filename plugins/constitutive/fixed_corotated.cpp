@@ -1,9 +1,10 @@
-/*! Fixed-corotated elasticity (Stomakhin, Howes, Schroeder, Teran 2012, doi:10.2312/SCA/SCA12/025-032): the local
-   baseline that the paper compares with (Lyu et al. 2019, eq. 3). (1) F = U S V^T, proper rotations, the smallest
-   singular value carries the sign of det F; R = U V^T (2) W = mu |F - R|^2 + lambda/2 (J - 1)^2 energy density [Pa] (3)
-   tau = P F^T = 2 mu (F F^T - R F^T) + lambda J (J - 1) I    Kirchhoff stress [Pa] R F^T = U S U^T needs neither V nor
-   U itself: the one-sided Jacobi SVD turns F into B = F V = U S with orthogonal columns b_k, and R F^T = sum_k b_k
-   b_k^T / s_k. Vanishing singular values contribute nothing. */
+/*! Fixed-corotated elasticity (Stomakhin, Howes, Schroeder, Teran 2012, doi:10.2312/SCA/SCA12/025-032): the local baseline
+    that the paper compares with (Lyu et al. 2019, eq. 3).
+      (1) F = U S V^T, proper rotations, the smallest singular value carries the sign of det F; R = U V^T
+      (2) W = mu |F - R|^2 + lambda/2 (J - 1)^2                      energy density [Pa]
+      (3) tau = P F^T = 2 mu (F F^T - R F^T) + lambda J (J - 1) I    Kirchhoff stress [Pa]
+    R F^T = U S U^T needs neither V nor U itself: the one-sided Jacobi SVD turns F into B = F V = U S with orthogonal
+    columns b_k, and R F^T = sum_k b_k b_k^T / s_k. Vanishing singular values contribute nothing. */
 #include "perimpm/math/elasticity.hpp"
 #include "perimpm/math/svd3.hpp"
 #include "perimpm/plugin/plugin.hpp"

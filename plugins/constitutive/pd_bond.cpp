@@ -1,10 +1,10 @@
-/*! Prototype microelastic brittle solid: one central spring per bond (Silling & Askari 2005,
-   doi:10.1016/j.compstruc.2004.11.026). (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per
-   volume squared [N/m^6] (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration =
-   "continuum"` (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact
-   for isotropic strain (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks
-   et al. 2008) Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own
-   family, a pair taking the mean of its two constants (`surface = "family"`). */
+/*! Prototype microelastic brittle solid: one central spring per bond (Silling & Askari 2005, doi:10.1016/j.compstruc.2004.11.026).
+      (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per volume squared [N/m^6]
+      (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
+      (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
+      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008)
+    Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
+    taking the mean of its two constants (`surface = "family"`). */
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
@@ -69,7 +69,12 @@ public:
                 .particle_state = kParticleState,
                 .bond_state = kBondState};
     }
-    EffectiveModuli moduli() const noexcept override { return {youngs_modulus_, kPoissonRatio}; }
+    /// The isotropic average over a full family.
+    EffectiveModuli moduli() const noexcept override {
+        const double weight = lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); });
+        return {youngs_modulus_ * full_c_ * weight / (18 * bulk_modulus(youngs_modulus_, kPoissonRatio)),
+                kPoissonRatio};
+    }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? set_micromodulus(b, i) : set_stiffness(b, i);

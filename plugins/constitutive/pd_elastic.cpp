@@ -1,15 +1,20 @@
-/*! Integral-based elastic law of Lyu, Zhang, Chang, Guo, Zhang 2019, "Integrating Peridynamics with Material Point
-   Method for Elastoplastic Material Modeling". Equation numbers are the paper's. (4) F- = [sum w Y (x) X] K^+,  K = sum
-   w X (x) X               integral deformation gradient of the family Y- = F- X averaged bond (5) E = sum w (mu
-   (|Y-|/|X| - 1)^2 + lambda/2 (|Y|/|X| - 1)^2) (6) T<p,q> = (2 mu w/|X|^2) (|Y-| - |X|) dir Y-  +  (lambda w/|X|^2)
-   (|Y| - |X|) dir Y     force state [N/m^6] (7) f_p = V_p sum_q (T<p,q> - T<q,p>) V_q                      force of the
-   particle [N] w = 5 w^ / sum_q w^ V_q,  w^ = 1 - |X|/delta (linear, the paper's) or 1     weight [1/m^3] Differs from
-   print: (4) has the X that print lost and the pseudo-inverse of K (relative cut kSingular), so that coplanar and
-   collinear families work and Y- stays exact inside their span; (7) without m_p and with w once, as dimensions demand;
-    w on the reference length. Under homogeneous strain Y- = Y and the law is one spring of stiffness 2 mu + lambda:
-   Poisson's ratio is 1/4 for every mu and lambda, and E = 5/6 (2 mu + lambda). mu resists bending, it is not a shear
-   modulus. `surface`: sum_q w^ V_q over the full lattice ("none") or over the particle's own family ("family"). Linear
-   momentum is exact; angular momentum and energy are not, under inhomogeneous strain with mu > 0. */
+/*! Integral-based elastic law of Lyu, Zhang, Chang, Guo, Zhang 2019, "Integrating Peridynamics with Material Point Method for
+    Elastoplastic Material Modeling". Equation numbers are the paper's.
+      (4) F- = [sum w Y (x) X] K^+,  K = sum w X (x) X               integral deformation gradient of the family
+          Y- = F- X                                                  averaged bond
+      (5) E = sum w (mu (|Y-|/|X| - 1)^2 + lambda/2 (|Y|/|X| - 1)^2)
+      (6) T<p,q> = (2 mu w/|X|^2) (|Y-| - |X|) dir Y-  +  (lambda w/|X|^2) (|Y| - |X|) dir Y     force state [N/m^6]
+      (7) f_p = V_p sum_q (T<p,q> - T<q,p>) V_q                      force of the particle [N]
+          w = 5 w^ / sum_q w^ V_q,  w^ = 1 - |X|/delta (linear, the paper's) or 1     weight [1/m^3]
+    Differs from print: (4) has the X that print lost and the pseudo-inverse of K (relative cut kSingular), so that coplanar
+    and collinear families work and Y- stays exact inside their span; (7) without m_p and with w once, as dimensions demand;
+    w on the reference length. Under homogeneous strain Y- = Y and the law is one spring of stiffness 2 mu + lambda: Poisson's
+    ratio is 1/4 for every mu and lambda, and E = 5/6 (2 mu + lambda). mu resists bending, it is not a shear modulus.
+    `surface`: sum_q w^ V_q over the full lattice ("none") or over the particle's own family ("family").
+    Linear momentum is exact; angular momentum and energy are not, under inhomogeneous strain with mu > 0.
+    Defaults by measurement (tests/verification/README.md): constant w^ instead of the paper's linear one, horizon 3.015 and
+    `surface = "family"`, because on a lattice linear w^ and short horizons make E along the axes up to 22 % too large;
+    mu = lambda/10, because ratios near 1 feed energy where no grid damps it. */
 #include <Eigen/Eigenvalues>
 
 #include "perimpm/peridynamics/family.hpp"

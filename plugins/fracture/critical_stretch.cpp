@@ -1,5 +1,6 @@
-/*! Critical stretch (Silling & Askari 2005, section 4): a bond longer than (1 + s0) |X| breaks, for good. Compression
-   breaks nothing. (1) s = (|Y| - |X|)/|X| > s0 */
+/*! Critical stretch (Silling & Askari 2005, section 4): a bond longer than (1 + s0) |X| breaks, for good. Compression breaks
+    nothing.
+      (1) s = (|Y| - |X|)/|X| > s0 */
 #include "perimpm/peridynamics/family.hpp"
 #include "perimpm/plugin/plugin.hpp"
 

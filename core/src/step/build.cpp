@@ -24,11 +24,45 @@ ModelPtr<Interface, Real> create_model(const ModelSpec& spec, const ModelContext
     }
 }
 
+/// Whether what a plugin declares makes sense, before anything is allocated from it.
+void require_sound(bool sound, const ModelSpec& spec, const char* what) {
+    if (!sound) throw InputError(spec.source.place.text(), fmt::format("plugin '{}' is faulty: {}", spec.type, what));
+}
+
+void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
+    require_sound(needs.bonds != needs.deformation_gradient, spec,
+                  "a law needs either bonds or a deformation gradient");
+    require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
+    require_sound(std::max(needs.particle_state.size, needs.bond_state.size) <= kMaxStateFields, spec,
+                  "it declares more than 8 state fields");
+    const auto specs = spec.params->specs();
+    require_sound(std::count_if(specs.begin(), specs.end(), [](const ParamSpec& p) { return p.per_particle; }) <=
+                      kMaxVaryingParams,
+                  spec, "it declares more than 8 parameters that vary per particle");
+}
+
+/// Faces act on the grid's nodes: without a grid they would be ignored.
+void refuse_closed_faces(const Scene& scene) {
+    if (!scene.grid.bounded) return;
+    if (std::any_of(std::begin(scene.grid.faces), std::end(scene.grid.faces), [](Face f) { return f != Face::open; }))
+        throw InputError(scene.transfer.source.place.text(),
+                         fmt::format("transfer '{}' has no grid for the faces of grid.domain to act on: use colliders, "
+                                     "or faces = \"open\"",
+                                     scene.transfer.type));
+}
+
 template <class Real>
 void create_transfer(World<Real>& w) {
     w.transfer = create_model<TransferKernel, Real>(w.scene.transfer, {.grid_spacing = w.spacing()});
     w.transfer_needs = w.transfer->needs();
-    if (!w.transfer_needs.grid) w.integrator = dynamic_cast<ParticleIntegrator<Real>*>(w.transfer.get());
+    if (w.transfer_needs.grid) {
+        require_sound(w.transfer_needs.order >= 1 && w.transfer_needs.order <= 3 && w.transfer_needs.courant > 0,
+                      w.scene.transfer, "a grid transfer needs an order of 1 to 3 and a Courant number above 0");
+        return;
+    }
+    w.integrator = dynamic_cast<ParticleIntegrator<Real>*>(w.transfer.get());
+    require_sound(w.integrator != nullptr, w.scene.transfer, "without a grid it must be a ParticleIntegrator");
+    refuse_closed_faces(w.scene);
 }
 
 /// The spacing that horizons are counted in: one per material of a bond law.
@@ -50,6 +84,7 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
     m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density;
     m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
     m.needs = m.law->needs();
+    require_sound_law(m.needs, spec.law);
     if (m.needs.bonds) common_spacing(spec, bodies);
     if (!m.needs.bonds && !w.transfer_needs.grid)
         throw InputError(spec.law.source.place.text(),

@@ -14,7 +14,8 @@ Vec3 load3(const Field<const Real>& f, std::size_t i) {
 /// Largest change of a velocity in the block [m/s].
 template <class Real>
 double collide_block(World<Real>& w, const Material<Real>& m, const Block<Real>& b) {
-    const double moved = w.transfer_needs.grid ? w.dt : 0.0;
+    // FLIP moves particles with the grid's velocity, which has been stopped already, not with the one changed here
+    const double moved = w.transfer_needs.grid && !w.transfer_needs.increment ? w.dt : 0.0;
     Box3 box;
     for (std::uint32_t i = 0; i < b.size; ++i) box.extend(load3(b.x, i));
     double largest = 0;

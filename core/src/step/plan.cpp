@@ -78,7 +78,7 @@ private:
         if (affine) writes.push_back("C");
         if (local) writes.push_back("F");
         pass("gather", {"grid", "x"}, writes, {w_.scene.transfer.type});
-        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
+        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"x", "v"});
     }
     void add_particle_passes() {
         pass("kick and drift", {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});

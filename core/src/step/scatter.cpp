@@ -57,7 +57,9 @@ void scatter(World<Real>& w) {
             if (w.transfer_needs.increment) std::fill_n(w.grid.increments(g), kBlockValues, Real(0));
         });
     });
-    w.timer("stress and scatter", [&] {
+    const bool stress =
+        std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return !m.has_bonds(); });
+    w.timer(stress ? "stress and scatter" : "scatter", [&] {
         for (int colour = 0; colour < 8; ++colour) {
             const std::vector<std::uint32_t>& blocks = w.grid.colour(colour);
             w.threads.run(blocks.size(), [&](std::size_t i) { scatter_block(w, blocks[i]); });

@@ -54,8 +54,8 @@ public:
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
-    static constexpr double kMargin =
-        0.499;  ///< cells that particles may move before their stencils can leave their tiles
+    /// Cells that particles may move before their stencils can leave their tiles: half a cell, less rounding.
+    static constexpr double kMargin = 0.49;
 
     void grid_step() {
         if (w_.drift > kMargin * w_.spacing()) w_.timer("sort", [&] { sort_particles(w_); });
