@@ -120,6 +120,10 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
         ("transfer", {"type": "particle"}),
         ["material.m.constitutive", "fixed_corotated", "particle", "apic"],
     ),
+    "closed faces without grid": (
+        lambda tree: put(put(tree, "material.m.constitutive", PD_BOND), "transfer", {"type": "particle"}),
+        ["transfer", "particle", "faces", "open", "colliders"],
+    ),
     "two spacings under one bond law": (
         lambda tree: put(
             law("horizon", 2.01, PD_BOND)(tree),

@@ -62,7 +62,6 @@ void create_transfer(World<Real>& w) {
     }
     w.integrator = dynamic_cast<ParticleIntegrator<Real>*>(w.transfer.get());
     require_sound(w.integrator != nullptr, w.scene.transfer, "without a grid it must be a ParticleIntegrator");
-    refuse_closed_faces(w.scene);
 }
 
 /// The spacing that horizons are counted in: one per material of a bond law.
@@ -212,6 +211,7 @@ void build_world(World<Real>& w) {
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
     if (w.transfer_needs.grid) sort_particles(w);
+    else refuse_closed_faces(w.scene);
 }
 
 template void build_world(World<float>&);
