@@ -78,6 +78,24 @@ def test_known_losses_of_the_others() -> None:
     assert kept["pic"][0] < 0.01
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("transfer", "kinetic", "spin", "within"),
+    [({"type": "apic", "order": 2}, 0.99991, 0.0, 1e-11), ({"type": "flip", "blend": 1.0}, 0.953, -0.026, 0.01)],
+    ids=["apic", "flip"],
+)
+def test_one_turn_at_twenty_cells(transfer: Tree, kinetic: float, spin: float, within: float) -> None:
+    """The reference's own resolution; its numbers are of an independent code."""
+    sim, dt = cube(transfer, cells=20)
+    before = sim.ledger
+    sim.step(round(2 * np.pi / dt))
+    after = sim.ledger
+    kept, change = after.kinetic / before.kinetic, after.angular_momentum[2] / before.angular_momentum[2] - 1
+    print(f"\n{transfer}: kinetic {kept:.5f}, L {change:.1e}")
+    assert kept == pytest.approx(kinetic, abs=1e-4 if transfer["type"] == "apic" else 0.01)
+    assert change == pytest.approx(spin, abs=within)
+
+
 def test_fast_rotation_does_not_wear_the_deformation_gradient() -> None:
     """100 rad/s: strains of rho omega^2 a^2 / (3 E) = 1.3e-3. Ten turns leave det F where the first ones put it."""
     omega, young = 100.0, 1e9
