@@ -93,7 +93,10 @@ def test_one_turn_at_twenty_cells(transfer: Tree, kinetic: float, spin: float, w
     after = sim.ledger
     kept, change = after.kinetic / before.kinetic, after.angular_momentum[2] / before.angular_momentum[2] - 1
     print(f"\n{transfer}: kinetic {kept:.5f}, L {change:.1e}")
-    assert kept == pytest.approx(kinetic, abs=1e-3 if transfer["type"] == "apic" else 0.01)
+    if transfer["type"] == "apic":
+        assert 0 <= 1 - kept <= 1e-3  # the public gate; it never gains
+    else:
+        assert kept == pytest.approx(kinetic, abs=0.01)
     assert change == pytest.approx(spin, abs=within)
 
 
