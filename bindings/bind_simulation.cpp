@@ -93,6 +93,7 @@ void bind_plan(py::module_& m) {
     const py::class_<Plan> plan(m, "Plan", "What a scene compiles to: passes, memory, time step, what was left out.");
     py::class_<Plan::Pass>(plan, "Pass")
         .def_readonly("name", &Plan::Pass::name)
+        .def_readonly("when", &Plan::Pass::when)
         .def_readonly("reads", &Plan::Pass::reads)
         .def_readonly("writes", &Plan::Pass::writes)
         .def_readonly("models", &Plan::Pass::models);

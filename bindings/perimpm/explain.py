@@ -47,7 +47,7 @@ def plan_text(title: str, plan: _core.Plan) -> str:
         )
         for m in plan.materials
     ]
-    passes = [(p.name, p.models, " ".join(p.reads), " ".join(p.writes)) for p in plan.passes]
+    passes = [(p.name, p.when, p.models, " ".join(p.reads), " ".join(p.writes)) for p in plan.passes]
     return to_text(
         f"{title or 'untitled scene'}: {plan.particles} particles",
         "",
@@ -57,7 +57,7 @@ def plan_text(title: str, plan: _core.Plan) -> str:
             materials,
             numbers=("particles", "bonds", "Young's modulus", "Poisson's ratio", "wave speed"),
         ),
-        table("passes of one step", ("pass", "models", "reads", "writes"), passes),
+        table("passes of one step", ("pass", "when", "models", "reads", "writes"), passes),
         table("memory", ("array", "size", "bytes per particle"), arrays, numbers=("size", "bytes per particle")),
         table(
             f"time step: starts with {plan.dt:.4g} s; bounds",

@@ -25,8 +25,9 @@ class FixedCorotated final : public ConstitutiveLaw<Real> {
 public:
     explicit FixedCorotated(const Params& p)
         : youngs_modulus_{p["youngs_modulus"]}, poisson_ratio_{p["poisson_ratio"]}, density_{p.context().density} {}
-    LawNeeds needs() const noexcept override { return {.deformation_gradient = true}; }
-    EffectiveModuli moduli() const noexcept override { return {youngs_modulus_, poisson_ratio_}; }
+    LawNeeds needs() const noexcept override {
+        return {.deformation_gradient = true, .moduli = {youngs_modulus_, poisson_ratio_}};
+    }
 
     void evaluate(Block<Real>& b, Real) const override {
         for_each_pack(b, [&](std::size_t i, std::size_t count, const Mat3<P>& F, const Lame<P>& lame) {

@@ -67,13 +67,8 @@ public:
                 .horizon = horizon_,
                 .rounds = 2,
                 .particle_state = kParticleState,
-                .bond_state = kBondState};
-    }
-    /// The isotropic average over a full family.
-    EffectiveModuli moduli() const noexcept override {
-        const double weight = lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); });
-        return {youngs_modulus_ * full_c_ * weight / (18 * bulk_modulus(youngs_modulus_, kPoissonRatio)),
-                kPoissonRatio};
+                .bond_state = kBondState,
+                .moduli = {average_modulus(), kPoissonRatio}};
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
@@ -119,6 +114,11 @@ public:
     }
 
 private:
+    /// Young's modulus of the isotropic average over a full family [Pa].
+    double average_modulus() const {
+        const double weight = lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); });
+        return youngs_modulus_ * full_c_ * weight / (18 * bulk_modulus(youngs_modulus_, kPoissonRatio));
+    }
     double beta(double X) const {
         return partial_ ? std::clamp((horizon_ - X) / spacing_ + 0.5, 0.0, 1.0) : 1.0;
     }  // (4)

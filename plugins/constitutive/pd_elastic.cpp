@@ -106,12 +106,12 @@ public:
                    .horizon = horizon_,
                    .rounds = 2,
                    .particle_state = kParticleState,
-                   .bond_state = kBondState};
+                   .bond_state = kBondState,
+                   .moduli = {modulus() * 5 / 6, kPoissonRatio}};
         if (linear_) n.horizon *= 1 - 1e-9;                   // the rim has w^ = 0: not a bond
         if (mu_ == 0) n.particle_state.size = kShapeInverse;  // one spring per bond needs no F-
         return n;
     }
-    EffectiveModuli moduli() const noexcept override { return {modulus() * 5 / 6, kPoissonRatio}; }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) {

@@ -31,8 +31,9 @@ public:
           poisson_ratio_{p["poisson_ratio"]},
           density_{p.context().density},
           lame_{static_cast<Real>(youngs_modulus_), poisson_ratio_} {}
-    LawNeeds needs() const noexcept override { return {.deformation_gradient = true}; }
-    EffectiveModuli moduli() const noexcept override { return {youngs_modulus_, poisson_ratio_}; }
+    LawNeeds needs() const noexcept override {
+        return {.deformation_gradient = true, .moduli = {youngs_modulus_, poisson_ratio_}};
+    }
 
     void evaluate(Block<Real>& b, Real) const override {
         for (std::size_t i = 0; i < b.size; ++i) {

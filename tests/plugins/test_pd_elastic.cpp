@@ -70,8 +70,8 @@ TEST_CASE("pd_elastic: small-strain stiffness is the lattice sum over the own fa
         const IsotropicAverage average = isotropic_average(measured);
         CHECK_THAT(average.poisson_ratio(), WithinAbs(0.25, 1e-6));
         CHECK_THAT(average.youngs_modulus(), WithinRel(5.0 / 6 * (2 * c.mu + c.lambda), 1e-6));
-        CHECK_THAT(law->moduli().youngs_modulus, WithinRel(5.0 / 6 * (2 * c.mu + c.lambda), 1e-12));
-        CHECK(law->moduli().poisson_ratio == 0.25);
+        CHECK_THAT(law->needs().moduli.youngs_modulus, WithinRel(5.0 / 6 * (2 * c.mu + c.lambda), 1e-12));
+        CHECK(law->needs().moduli.poisson_ratio == 0.25);
     }
 }
 
@@ -79,7 +79,7 @@ TEST_CASE("pd_elastic: calibration by modulus has the modulus whatever the bendi
           "[constitutive]") {
     for (const double ratio : {0.0, 0.3, 1.0, 10.0}) {
         const auto law = pd_elastic("youngs_modulus = 2.5e5\nbending_ratio = " + std::to_string(ratio));
-        CHECK_THAT(law->moduli().youngs_modulus, WithinRel(2.5e5, 1e-12));
+        CHECK_THAT(law->needs().moduli.youngs_modulus, WithinRel(2.5e5, 1e-12));
         auto particles = cube(*law, 5);
         CHECK_THAT(isotropic_average(measure_stiffness(particles, middle(5), kVolume)).youngs_modulus(),
                    WithinRel(2.5e5, 1e-6));

@@ -20,7 +20,6 @@ public:
     Vec3 hold(const Vec3& x, const Vec3& v) const;
     /// Largest speed of a surface point [m/s]; 0 for a still collider.
     double max_speed() const;
-    const ColliderSpec& spec() const { return spec_; }
 
 private:
     Vec3 to_local(const Vec3& x) const { return rotation_.transpose() * (x - pivot_) + spec_.pivot; }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 
 #include "perimpm/error.hpp"
 #include "step/world.hpp"
@@ -20,31 +21,33 @@ TransferBlock<Real> particles_of(World<Real>& w, Material<Real>& m, const Block<
     return t;
 }
 
+/// Of all positions and velocities: not finite when any of them is not.
+template <class Real>
+double sum_of(const TransferBlock<Real>& t) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c)
+        for (std::uint32_t i = 0; i < t.size; ++i)
+            sum += static_cast<double>(t.x[c][i]) + static_cast<double>(t.v[c][i]);
+    return sum;
+}
+
 template <class Real>
 void kick(World<Real>& w) {
     Real gravity[3];
     for (int c = 0; c < 3; ++c) gravity[c] = static_cast<Real>(w.scene.simulation.gravity[c]);
     for (Material<Real>& m : w.materials) {
-        const double fastest2 = reduce_chunks(
+        const double sum = reduce_chunks(
             w, m, 0.0,
             [&](Block<Real>& b) {
                 TransferBlock<Real> t = particles_of(w, m, b);
                 w.integrator->kick(t, gravity);
-                double largest = 0, sum = 0;
-                for (std::uint32_t i = 0; i < b.size; ++i) {
-                    double speed2 = 0;
-                    for (int c = 0; c < 3; ++c)
-                        speed2 += static_cast<double>(t.v[c][i]) * static_cast<double>(t.v[c][i]);
-                    largest = std::max(largest, speed2);
-                    sum += speed2;
-                }
-                return std::isfinite(sum) ? largest : std::nan("");
+                return sum_of(t);
             },
-            [](double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); });
-        if (std::isnan(fastest2))
+            std::plus<>());
+        if (!std::isfinite(sum))
             throw SimulationError(fmt::format(
-                "velocities of material '{}' are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is "
-                "unstable; lower simulation.safety or dt",
+                "positions or velocities of material '{}' are no longer finite in step {} (t = {:g} s, dt = {:g} s): "
+                "the step is unstable; lower simulation.safety or dt",
                 m.name, w.steps + 1, w.time, w.dt));
     }
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "step/world.hpp"
 
@@ -25,7 +26,7 @@ public:
             add_grid_passes();
         else
             add_particle_passes();
-        if (!criteria_.empty()) pass("fracture", {"x", "bonds"}, {"broken bonds"}, criteria_);
+        if (!criteria_.empty()) pass("fracture", fracture_interval(), {"x", "bonds"}, {"broken bonds"}, criteria_);
         add_arrays();
         add_materials();
         add_bounds();
@@ -35,20 +36,21 @@ public:
 
 private:
     using Names = std::vector<std::string>;
+    static constexpr const char* kEachStep = "each step";
 
-    void pass(std::string name, Names reads, Names writes, Names models = {}) {
+    void pass(std::string name, std::string when, Names reads, Names writes, Names models = {}) {
         std::sort(models.begin(), models.end());
         models.erase(std::unique(models.begin(), models.end()), models.end());
-        plan_.passes.push_back(
-            {std::move(name), std::move(reads), std::move(writes), fmt::format("{}", fmt::join(models, ", "))});
+        plan_.passes.push_back({std::move(name), std::move(when), std::move(reads), std::move(writes),
+                                fmt::format("{}", fmt::join(models, ", "))});
     }
     /// The plugins and modules this scene opens; the process may hold others, of other scenes.
     Names own_libraries() const {
         Names names{"transfer/" + w_.scene.transfer.type};
-        for (const std::string& law : local_laws_) names.push_back("constitutive/" + law);
-        for (const std::string& law : bond_laws_) names.push_back("constitutive/" + law);
+        for (const std::string& law : laws()) names.push_back("constitutive/" + law);
         for (const std::string& criterion : criteria_) names.push_back("fracture/" + criterion);
         if (has_mesh()) names.push_back("module/mesh");
+        if (writes_hdf5()) names.push_back("module/hdf5");
         std::sort(names.begin(), names.end());
         names.erase(std::unique(names.begin(), names.end()), names.end());
         return names;
@@ -60,29 +62,47 @@ private:
         return std::any_of(w_.scene.bodies.begin(), w_.scene.bodies.end(), is_mesh) ||
                std::any_of(w_.scene.colliders.begin(), w_.scene.colliders.end(), is_mesh);
     }
+    bool writes_hdf5() const {
+        const Names& formats = w_.scene.output.formats;
+        return std::find(formats.begin(), formats.end(), "hdf5") != formats.end();
+    }
+    Names laws() const {
+        Names all = local_laws_;
+        all.insert(all.end(), bond_laws_.begin(), bond_laws_.end());
+        return all;
+    }
+    /// The shortest interval of the scene's criteria.
+    std::string fracture_interval() const {
+        std::uint32_t interval = std::numeric_limits<std::uint32_t>::max();
+        for (const Material<Real>& m : w_.materials)
+            if (m.criterion) interval = std::min(interval, m.criterion->interval());
+        return interval == 1 ? kEachStep : fmt::format("every {} steps", interval);
+    }
     void add_bond_pass() {
-        if (!bond_laws_.empty()) pass("bond forces", {"x", "bonds"}, {"force"}, bond_laws_);
+        if (!bond_laws_.empty()) pass("bond forces", kEachStep, {"x", "bonds"}, {"force"}, bond_laws_);
     }
     void add_grid_passes() {
         const bool local = !local_laws_.empty(), bonds = !bond_laws_.empty(), affine = w_.transfer_needs.affine;
-        pass("sort (when particles moved half a cell)", {"x"}, {"order"});
+        pass("time step", fmt::format("every {} steps", kMeasureInterval), {"x"}, {"dt"}, laws());
+        pass("sort", "when particles moved half a cell", {"x"}, {"order"});
         add_bond_pass();
         Names reads{"x", "v", "mass"}, models = local_laws_;
         if (affine) reads.push_back("C");
         if (local) reads.insert(reads.end(), {"F", "volume"});
         if (bonds) reads.push_back("force");
         models.push_back(w_.scene.transfer.type);
-        pass(local ? "stress and scatter" : "scatter", reads, {"grid"}, models);
-        pass("grid update", {"grid"}, {"grid"});
+        pass("clear grid", kEachStep, {}, {"grid"});
+        pass(local ? "stress and scatter" : "scatter", kEachStep, reads, {"grid"}, models);
+        pass("grid update", kEachStep, {"grid"}, {"grid"});
         Names writes{"x", "v"};
         if (affine) writes.push_back("C");
         if (local) writes.push_back("F");
-        pass("gather", {"grid", "x"}, writes, {w_.scene.transfer.type});
-        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"x", "v"});
+        pass("gather", kEachStep, {"grid", "x"}, writes, {w_.scene.transfer.type});
+        if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"x", "v"});
     }
     void add_particle_passes() {
-        pass("kick and drift", {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});
-        if (!w_.colliders.empty()) pass("particle collisions", {"x", "v"}, {"v"});
+        pass("kick and drift", kEachStep, {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});
+        if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"v"});
         add_bond_pass();
     }
 
@@ -109,7 +129,7 @@ private:
     }
     void add_materials() {
         for (Material<Real>& m : w_.materials) {
-            const EffectiveModuli moduli = m.law->moduli();
+            const EffectiveModuli& moduli = m.needs.moduli;
             const double speed = reduce_chunks(
                 w_, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
                 [](double a, double b) { return std::max(a, b); });
@@ -121,13 +141,14 @@ private:
         const std::string& type = w_.scene.transfer.type;
         if (!w_.transfer_needs.grid) {
             plan_.bounds.push_back(
-                {fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), w_.particle_bound});
+                {fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), time_step_bound(w_, 0)});
             return;
         }
         for (const Plan::Material& m : plan_.materials)
-            plan_.bounds.push_back({fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s",
-                                                m.law, type, w_.transfer_needs.courant, m.wave_speed, w_.max_speed),
-                                    w_.transfer_needs.courant * w_.spacing() / (m.wave_speed + w_.max_speed)});
+            plan_.bounds.push_back(
+                {fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,
+                             w_.transfer_needs.courant, m.wave_speed, fastest_motion(w_)),
+                 time_step_bound(w_, m.wave_speed)});
     }
     void skip(std::string what, std::string why) { plan_.skipped.push_back({std::move(what), std::move(why)}); }
     void add_skipped() {

@@ -11,15 +11,6 @@ namespace perimpm {
 
 namespace {
 
-constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
-
-template <class Real>
-double fastest_motion(const World<Real>& w) {
-    double speed = w.max_speed;
-    for (const Collider& collider : w.colliders) speed = std::max(speed, collider.max_speed());
-    return speed;
-}
-
 template <class Real>
 std::string excess_message(const World<Real>& w, double dt, double bound) {
     const std::string why =
@@ -54,8 +45,15 @@ void measure_bounds(World<Real>& w) {
 }
 
 template <class Real>
-double time_step_bound(const World<Real>& w) {
-    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (w.wave_speed + fastest_motion(w))
+double fastest_motion(const World<Real>& w) {
+    double speed = w.max_speed;
+    for (const Collider& collider : w.colliders) speed = std::max(speed, collider.max_speed());
+    return speed;
+}
+
+template <class Real>
+double time_step_bound(const World<Real>& w, double wave_speed) {
+    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (wave_speed + fastest_motion(w))
                                  : w.particle_bound;
 }
 
@@ -69,7 +67,7 @@ double choose_time_step(World<Real>& w, double longest) {
                 if (m.has_bonds()) pack_positions(w, m);
             measure_bounds(w);
         });
-    const double bound = time_step_bound(w);
+    const double bound = time_step_bound(w, w.wave_speed);
     if (!s.dt && !std::isfinite(bound))
         throw InputError(s.dt_place.text(),
                          "no model bounds the time step (no particle has a bond): give dt in seconds");
@@ -82,8 +80,10 @@ double choose_time_step(World<Real>& w, double longest) {
 
 template void measure_bounds(World<float>&);
 template void measure_bounds(World<double>&);
-template double time_step_bound(const World<float>&);
-template double time_step_bound(const World<double>&);
+template double fastest_motion(const World<float>&);
+template double fastest_motion(const World<double>&);
+template double time_step_bound(const World<float>&, double);
+template double time_step_bound(const World<double>&, double);
 template double choose_time_step(World<float>&, double);
 template double choose_time_step(World<double>&, double);
 

@@ -22,6 +22,7 @@ namespace perimpm {
 
 inline constexpr std::uint32_t kChunk = 128;     ///< particles that go through law and transfer together, in cache
 inline constexpr std::size_t kTilePadding = 16;  ///< columns of low-degree splines read past the tile's last row
+inline constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
 
 /// A declared state field of a law, allocated.
 template <class Real>
@@ -207,9 +208,12 @@ void fracture(World<Real>& w);
 /// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
 template <class Real>
 void measure_bounds(World<Real>& w);
-/// The bound that the last measurement and the present speeds give [s].
+/// The largest speed of particles or colliders [m/s].
 template <class Real>
-double time_step_bound(const World<Real>& w);
+double fastest_motion(const World<Real>& w);
+/// The bound of a material with this wave speed at the present speeds [s]; without a grid the last measured one.
+template <class Real>
+double time_step_bound(const World<Real>& w, double wave_speed);
 /// The step to take, at most `longest` [s].
 template <class Real>
 double choose_time_step(World<Real>& w, double longest);

@@ -1,12 +1,20 @@
 #pragma once
 
+#include <limits>
+
 #include "perimpm/export.hpp"
 #include "perimpm/model/block.hpp"
 #include "perimpm/model/params.hpp"
 
 namespace perimpm {
 
-/// What core must provide to a law. A law asks for a deformation gradient (then it writes tau) or for bonds (force).
+/// Stiffness as the discretisation has it, for `explain`; NaN where the law has none.
+struct EffectiveModuli {
+    double youngs_modulus = std::numeric_limits<double>::quiet_NaN();  ///< [Pa]
+    double poisson_ratio = std::numeric_limits<double>::quiet_NaN();   ///< [1]
+};
+
+/// What a law declares to core. It asks for a deformation gradient (then it writes tau) or for bonds (force).
 struct LawNeeds {
     bool deformation_gradient = false;
     bool bonds = false;
@@ -15,12 +23,7 @@ struct LawNeeds {
     std::uint32_t rounds = 1;  ///< how often `initialise` runs, with a barrier between
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
-};
-
-/// Stiffness as the discretisation has it, for `explain`; NaN where the law has none.
-struct EffectiveModuli {
-    double youngs_modulus;
-    double poisson_ratio;
+    EffectiveModuli moduli = {};
 };
 
 /// Response of a solid; one object serves all particles of one material. Real: float or double.
@@ -30,7 +33,6 @@ class PERIMPM_API ConstitutiveLaw {
 public:
     virtual ~ConstitutiveLaw();
     virtual LawNeeds needs() const noexcept = 0;
-    virtual EffectiveModuli moduli() const noexcept = 0;
     /// Reference quantities of the declared fields: at the start, and again for families that lost bonds. A later round
     /// may read what an earlier one wrote for the neighbours.
     virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}

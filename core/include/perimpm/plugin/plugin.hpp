@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 
 #include "perimpm/error.hpp"
 #include "perimpm/model/constitutive_law.hpp"
@@ -11,41 +12,6 @@
 namespace perimpm {
 
 enum class Family : std::uint32_t { transfer, constitutive, fracture };
-
-/// Everything that must agree before a C++ object may cross the border between core and a plugin.
-/// Plain data, read before any code of the plugin is called by core.
-struct AbiStamp {
-    char magic[8];
-    std::uint32_t interface_version;
-    std::uint32_t compiler;          ///< major version, in thousands for clang
-    std::uint32_t standard_library;  ///< its ABI version
-    std::uint32_t layout[8];         ///< sizes of the structs that cross
-
-    friend constexpr bool operator==(const AbiStamp&, const AbiStamp&) = default;
-};
-
-inline constexpr std::uint32_t kInterfaceVersion = 1;
-
-struct PluginDescriptor;
-
-constexpr AbiStamp abi_stamp() {
-#if defined(__clang__)
-    constexpr std::uint32_t compiler = 1000 * __clang_major__;
-#else
-    constexpr std::uint32_t compiler = __GNUC__;
-#endif
-#if defined(_GLIBCXX_RELEASE)
-    constexpr std::uint32_t library = 10 * _GLIBCXX_RELEASE + _GLIBCXX_USE_CXX11_ABI;
-#else
-    constexpr std::uint32_t library = 0;
-#endif
-    return {{'p', 'e', 'r', 'i', 'm', 'p', 'm', '\0'},
-            kInterfaceVersion,
-            compiler,
-            library,
-            {sizeof(Block<float>), sizeof(Block<double>), sizeof(TransferBlock<float>), sizeof(TransferBlock<double>),
-             sizeof(LawNeeds), sizeof(ParamSpec), sizeof(ParamValue), sizeof(FieldSpec)}};
-}
 
 /// A plugin's table of contents. Objects are created and destroyed by the library that holds their code.
 struct PluginDescriptor {
@@ -58,6 +24,59 @@ struct PluginDescriptor {
     void (*destroy_float)(void*);
     void (*destroy_double)(void*);
 };
+
+/// A struct that crosses the border between core and a plugin; those that lie inside one of the list are not listed.
+struct CrossingStruct {
+    const char* name;
+    std::uint32_t size;
+};
+
+inline constexpr CrossingStruct kCrossingStructs[] = {
+    {"Block<float>", sizeof(Block<float>)},
+    {"Block<double>", sizeof(Block<double>)},
+    {"TransferBlock<float>", sizeof(TransferBlock<float>)},
+    {"TransferBlock<double>", sizeof(TransferBlock<double>)},
+    {"LawNeeds", sizeof(LawNeeds)},
+    {"TransferNeeds", sizeof(TransferNeeds)},
+    {"FieldSpec", sizeof(FieldSpec)},
+    {"ParamSpec", sizeof(ParamSpec)},
+    {"ParamValue", sizeof(ParamValue)},
+    {"Params", sizeof(Params)},
+    {"ModelContext", sizeof(ModelContext)},
+    {"BondCandidate", sizeof(BondCandidate)},
+    {"CandidateList", sizeof(CandidateList)},
+    {"PluginDescriptor", sizeof(PluginDescriptor)},
+};
+
+/// Everything that must agree before a C++ object may cross the border between core and a plugin.
+/// Plain data, read before any code of the plugin is called by core.
+struct AbiStamp {
+    char magic[8];
+    std::uint32_t interface_version;
+    std::uint32_t compiler;                             ///< major version, in thousands for clang
+    std::uint32_t standard_library;                     ///< its ABI version
+    std::uint32_t layout[std::size(kCrossingStructs)];  ///< their sizes
+
+    friend constexpr bool operator==(const AbiStamp&, const AbiStamp&) = default;
+};
+
+inline constexpr std::uint32_t kInterfaceVersion = 2;
+
+constexpr AbiStamp abi_stamp() {
+#if defined(__clang__)
+    constexpr std::uint32_t compiler = 1000 * __clang_major__;
+#else
+    constexpr std::uint32_t compiler = __GNUC__;
+#endif
+#if defined(_GLIBCXX_RELEASE)
+    constexpr std::uint32_t library = 10 * _GLIBCXX_RELEASE + _GLIBCXX_USE_CXX11_ABI;
+#else
+    constexpr std::uint32_t library = 0;
+#endif
+    AbiStamp stamp{{'p', 'e', 'r', 'i', 'm', 'p', 'm', '\0'}, kInterfaceVersion, compiler, library, {}};
+    for (std::size_t i = 0; i < std::size(kCrossingStructs); ++i) stamp.layout[i] = kCrossingStructs[i].size;
+    return stamp;
+}
 
 namespace detail {
 template <template <class> class Interface>

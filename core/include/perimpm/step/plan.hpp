@@ -11,7 +11,8 @@ namespace perimpm {
 /// What a scene compiles to: the passes of one step with the fields they touch, the memory, and what was left out.
 struct Plan {
     struct Pass {
-        std::string name;
+        std::string name;  ///< as in `Simulation::pass_times`
+        std::string when;  ///< e.g. "each step"
         std::vector<std::string> reads, writes;
         std::string models;  ///< plugins that run in it
     };
