@@ -4,15 +4,15 @@
 
 #include "perimpm/error.hpp"
 
-/// Text of the InputError that the action throws.
-template <class Action>
+/// Text of the error that the action throws; "(no error)" without one.
+template <class Error = perimpm::InputError, class Action>
 std::string message_of(Action&& action) {
     try {
         action();
-    } catch (const perimpm::InputError& e) {
+    } catch (const Error& e) {
         return e.what();
     }
-    return "(no InputError)";
+    return "(no error)";
 }
 
 inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }

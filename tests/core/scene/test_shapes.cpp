@@ -63,7 +63,7 @@ TEST_CASE("shapes: an unknown type, a missing key and a bad value are errors of 
 }
 
 TEST_CASE("shapes: a plane is for colliders only", "[scene]") {
-    CHECK(refusal("{ type = 'plane', point = [0, 0, 0], normal = [0, 1, 0] }", "collider") == "(no InputError)");
+    CHECK(refusal("{ type = 'plane', point = [0, 0, 0], normal = [0, 1, 0] }", "collider") == "(no error)");
     CHECK(
         contains(refusal("{ type = 'plane', point = [0, 0, 0], normal = [0, 0, 0] }", "collider"), "must not be zero"));
     CHECK(
@@ -81,7 +81,7 @@ TEST_CASE("shapes: a mesh file is looked for early, beside the scene", "[scene]"
               (folder.path / "assets").string());
     std::filesystem::create_directory(folder.path / "assets");
     std::ofstream{folder.path / "assets/cube.obj"} << "# no faces; the content is judged when the mesh is built\n";
-    CHECK(refusal(mesh, "body", folder.path) == "(no InputError)");
+    CHECK(refusal(mesh, "body", folder.path) == "(no error)");
     CHECK(contains(refusal("{ type = 'mesh', file = 'assets' }", "body", folder.path),
                    "which is not in the folder searched"));
     CHECK(contains(refusal("{ type = 'mesh', file = 'assets/cube.obj', scale = 0 }", "body", folder.path),

@@ -1,0 +1,82 @@
+// Once warm, a step asks the system for no memory. This program replaces operator new, so that core and plugins call
+// the versions below; TBB's own memory does not come from operator new.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "support/box_scene.hpp"
+#include "support/catch.hpp"
+#include "support/scene.hpp"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+void* allocate(std::size_t size, std::size_t alignment) {
+    ++allocations;
+    void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    if (!memory) throw std::bad_alloc();
+    return memory;
+}
+
+/// Allocations of `steps` steps.
+long count(perimpm::Simulation& simulation, int steps, bool resort = false) {
+    const long before = allocations;
+    for (int n = 0; n < steps; ++n) {
+        if (resort) simulation.positions_changed();
+        simulation.step();
+    }
+    return allocations - before;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size, alignof(std::max_align_t)); }
+void* operator new[](std::size_t size) { return allocate(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    return allocate(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+    return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+TEST_CASE("allocations: those of the core library are counted", "[step]") {
+    const perimpm::Simulation simulation(scene_from(kBox), 1);
+    const long before = allocations;
+    static_cast<void>(simulation.fields());
+    CHECK(allocations > before);
+}
+
+TEST_CASE("allocations: none in a step once every buffer is warm", "[step]") {
+    struct Case {
+        const char* name;
+        Overrides overrides;
+    };
+    const Case cases[] = {
+        {"local law", {}},
+        {"local law, flip", {R"(transfer={ type = "flip" })"}},
+        {"bond law", {kBonds}},
+        {"bonds that never break", {kBonds, kNeverBreaks}},
+        {"no grid", {kBonds, kNeverBreaks, kNoGrid}},
+        {"colliders", {kFloor, "simulation.gravity=[0, -10, 0]"}},
+        {"colliders without grid", {kBonds, kNoGrid, kFloor, "simulation.gravity=[0, -10, 0]"}},
+        {"closed domain", {R"(grid.domain={ min = [-1, -1, -1], max = [1, 1, 1], faces = "sticky" })"}},
+    };
+    for (const Case& c : cases)
+        for (const int threads : {1, 2}) {
+            CAPTURE(c.name, threads);
+            perimpm::Simulation simulation(scene_from(kBox, c.overrides), threads);
+            count(simulation, 30, true);
+            count(simulation, 30);
+            CHECK(count(simulation, 50) == 0);
+            CHECK(count(simulation, 10, true) == 0);
+        }
+}

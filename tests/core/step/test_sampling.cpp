@@ -1,0 +1,65 @@
+#include <algorithm>
+
+#include "step/sampling.hpp"
+#include "support/box_scene.hpp"
+#include "support/catch.hpp"
+#include "support/message.hpp"
+#include "support/scene.hpp"
+
+using namespace perimpm;
+
+TEST_CASE("sampling: a body's particles share its volume, about its centre", "[step]") {
+    const Scene scene = scene_from(kBox);
+    const auto samples = sample_bodies(scene);
+    REQUIRE(samples.size() == 1);
+    CHECK(samples[0].points.size() == 512);
+    CHECK(samples[0].spec == &scene.bodies[0]);
+    CHECK_THAT(samples[0].particle_volume, WithinRel(0.05 * 0.05 * 0.05, 1e-12));
+    CHECK((samples[0].center - Vec3::Constant(0.2)).norm() < 1e-12);
+    const Scene by_cell = scene_from(kBox, {R"(body=[{ material = "rubber", particles_per_cell = 64,)"
+                                            R"( shape = { type = "box", min = [0, 0, 0], max = [0.4, 0.4, 0.4] } }])"});
+    CHECK_THAT(sample_bodies(by_cell)[0].spacing, WithinRel(0.025, 1e-12));
+}
+
+TEST_CASE("sampling: Poisson-disk particles share the shape's volume", "[step]") {
+    const Scene scene = scene_from(kBox, {R"(body.0.sampling="poisson")"});
+    const BodySample sample = sample_bodies(scene)[0];
+    CHECK_THAT(sample.particle_volume * static_cast<double>(sample.points.size()), WithinRel(0.064, 1e-9));
+    CHECK_THAT(static_cast<double>(sample.points.size()), WithinRel(512.0, 0.15));  // as many as the lattice
+}
+
+TEST_CASE("sampling: what cannot be filled is refused where it is given", "[step]") {
+    const auto refusal = [](const std::string& change) {
+        return message_of([&] { sample_bodies(scene_from(kBox, {change})); });
+    };
+    const std::string outside = refusal("grid.domain={ min = [0, 0, 0.1], max = [1, 1, 1] }");
+    CHECK(contains(outside, "128 of 512 particles of body 'body 0' lie outside grid.domain"));
+    CHECK(contains(outside, "s.toml:"));
+    const std::string tiny = R"(body.0.shape={ type = "sphere", center = [0, 0, 0], radius = 1e-3 })";
+    CHECK(refusal(tiny) == "(no error)");  // the lattice is laid so that its centre is a point
+    const std::string thin =
+        R"(body.0.shape={ type = "cylinder", start = [0, 0, 0], end = [0.02, 0.02, 0.02], radius = 1e-4 })";
+    CHECK(contains(refusal(thin), "no particle of spacing 0.05 m fits into body 'body 0'"));
+}
+
+TEST_CASE("sampling: the Z-order curve visits every point once, one octant after the other", "[step]") {
+    std::vector<Vec3> points;
+    for (int n = 0; n < 64; ++n) points.emplace_back(n / 16, n / 4 % 4, n % 4);
+    const auto order = morton_order(points, 1.0);
+    auto sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    for (std::uint32_t i = 0; i < 64; ++i) CHECK(sorted[i] == i);
+    for (std::size_t octant = 0; octant < 8; ++octant)
+        for (std::size_t i = 0; i < 8; ++i) {
+            const Vec3& x = points[order[8 * octant + i]];
+            CHECK((x[0] >= 2) * 4u + (x[1] >= 2) * 2u + (x[2] >= 2) * 1u == octant);
+        }
+    CHECK(morton_order({Vec3(0, 0, 0), Vec3(1e9, 0, 0), Vec3(5e8, 0, 0)}, 1e-3) == std::vector<std::uint32_t>{0, 2, 1});
+}
+
+TEST_CASE("sampling: a ramp is linear between its ends and constant beyond", "[step]") {
+    const Ramp ramp{1.0, 5.0, {0, 0, 0}, {2, 0, 0}};
+    CHECK(value_at(ramp, {-1, 0, 0}) == 1.0);
+    CHECK(value_at(ramp, {0.5, 7, -7}) == 2.0);
+    CHECK(value_at(ramp, {3, 0, 0}) == 5.0);
+}

@@ -1,0 +1,73 @@
+// kBox: c = sqrt((lambda + 2 mu)/rho) = sqrt(120) m/s, dx = 0.1 m.
+#include <cmath>
+
+#include "perimpm/error.hpp"
+#include "support/catch.hpp"
+#include "support/message.hpp"
+#include "support/world.hpp"
+
+using namespace perimpm;
+
+namespace {
+
+const double kWaveSpeed = std::sqrt(120.0);
+constexpr double kForever = 1e9;
+
+double grid_bound(const World<double>& w, double speed) {
+    return w.transfer_needs.courant * 0.1 / (kWaveSpeed + speed);
+}
+
+}  // namespace
+
+TEST_CASE("time step: auto takes its share of the grid's bound", "[step]") {
+    const auto w = box_world({"body.0.initial_velocity=[0, 3, 4]", "simulation.safety=0.5"});
+    CHECK_THAT(time_step_bound(*w, w->wave_speed), WithinRel(grid_bound(*w, 5), 1e-12));
+    CHECK_THAT(choose_time_step(*w, kForever), WithinRel(0.5 * grid_bound(*w, 5), 1e-12));
+    CHECK(choose_time_step(*w, 1e-6) == 1e-6);
+}
+
+TEST_CASE("time step: the faster of particles and colliders counts", "[step]") {
+    CHECK(fastest_motion(*box_world({kRisingFloor, "body.0.initial_velocity=[0, 3, 0]"})) == 5);
+    CHECK(fastest_motion(*box_world({kRisingFloor, "body.0.initial_velocity=[0, 7, 0]"})) == 7);
+    const auto w = box_world({kRisingFloor});
+    CHECK_THAT(time_step_bound(*w, w->wave_speed), WithinRel(grid_bound(*w, 5), 1e-12));
+}
+
+TEST_CASE("time step: without a grid it is the smallest of the particles' sqrt(2 m / sum k)", "[step]") {
+    const auto w = box_world({kBonds, kNoGrid, "simulation.safety=1"});
+    const Material<double>& m = w->materials[0];
+    double smallest = kForever;
+    for (std::size_t p = 0; p < m.size; ++p) {
+        double stiffness = 0;
+        for (std::uint32_t slot = m.bonds.row[p]; slot < m.bonds.row[p + 1]; ++slot) stiffness += m.bond_state[0][slot];
+        smallest = std::min(smallest, std::sqrt(2 * w->mass[p] / stiffness));
+    }
+    CHECK_THAT(choose_time_step(*w, kForever), WithinRel(smallest, 1e-12));
+    CHECK(time_step_bound(*w, 12345.0) == w->particle_bound);
+}
+
+TEST_CASE("time step: a fixed one above the bound is refused at its place, unless it is allowed", "[step]") {
+    const auto w = box_world({"simulation.dt=1e-4"});
+    CHECK(choose_time_step(*w, kForever) == 1e-4);
+    CHECK(choose_time_step(*w, 1e-5) == 1e-5);
+    const std::string message = message_of([] { box_world({"simulation.dt=0.1"}); });
+    CHECK(contains(message, "dt = 0.1 s is above the stable step"));
+    CHECK(contains(message, "simulation.dt"));
+    CHECK(choose_time_step(*box_world({"simulation.dt=0.1", "simulation.allow_unstable_dt=true"}), kForever) == 0.1);
+    w->steps = 7, w->wave_speed = 1e6;  // the run itself made it unstable
+    CHECK(contains(message_of<SimulationError>([&] { choose_time_step(*w, kForever); }), "step 8: dt = 0.0001 s"));
+}
+
+TEST_CASE("time step: no bound at all asks for a step", "[step]") {
+    CHECK(contains(message_of([] { box_world({kBonds, kNoGrid, kPoint}); }), "give dt in seconds"));
+    CHECK(box_world({kBonds, kNoGrid, kPoint, "simulation.dt=0.01"})->dt == 0.01);
+}
+
+TEST_CASE("time step: the wave speed is measured anew every tenth step", "[step]") {
+    const auto w = box_world();
+    for (std::uint64_t steps = 1; steps <= 20; ++steps) {
+        w->wave_speed = 1, w->steps = steps;
+        choose_time_step(*w, kForever);
+        CHECK_THAT(w->wave_speed, WithinRel(steps % 10 == 0 ? kWaveSpeed : 1.0, 1e-12));
+    }
+}
