@@ -3,9 +3,11 @@
       (1) F = U S V^T, proper rotations, the smallest singular value carries the sign of det F; R = U V^T
       (2) W = mu |F - R|^2 + lambda/2 (J - 1)^2                      energy density [Pa]
       (3) tau = P F^T = 2 mu (F F^T - R F^T) + lambda J (J - 1) I    Kirchhoff stress [Pa]
-    R F^T = U S U^T needs neither V nor U itself: the one-sided Jacobi SVD turns F into B = F V = U S with orthogonal
-    columns b_k, and R F^T = sum_k b_k b_k^T / s_k. Vanishing singular values contribute nothing. */
+    Ordinary F take R from a Newton-Schulz iteration. Inverted and nearly singular ones take the singular values: the
+    one-sided Jacobi SVD turns F into B = F V = U S with orthogonal columns b_k, and R F^T = U S U^T = sum_k b_k b_k^T / s_k,
+    where vanishing singular values contribute nothing. */
 #include "perimpm/math/elasticity.hpp"
+#include "perimpm/math/polar3.hpp"
 #include "perimpm/math/svd3.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -31,16 +33,14 @@ public:
 
     void evaluate(Block<Real>& b, Real) const override {
         for_each_pack(b, [&](std::size_t i, std::size_t count, const Mat3<P>& F, const Lame<P>& lame) {
-            const Svd svd(F);
-            const P pressure = lame.lambda * svd.J * (svd.J - 1);
-            const P two_mu = P(2) * lame.mu;
-            int component = 0;
-            for (int r = 0; r < 3; ++r)
-                for (int c = r; c < 3; ++c) {
-                    P t = P(0);
-                    for (int k = 0; k < 3; ++k) t += svd.B(r, k) * svd.B(c, k) * (P(1) - svd.inverse[k]);  // (3)
-                    store(b.tau[component++] + i, r == c ? two_mu * t + pressure : two_mu * t, count);
-                }
+            const P J = determinant(F);
+            P t[6];
+            Mat3<P> R;
+            polar_rotation(F, J, R) ? deviation(F, R, t) : deviation(Svd(F), t);
+            const P pressure = lame.lambda * J * (J - 1);
+            for (int c = 0; c < 6; ++c)
+                store(b.tau[c] + i, P(2 * lame.mu * t[c] + (c == 0 || c == 3 || c == 5 ? pressure : P(0))),
+                      count);  // (3)
         });
     }
 
@@ -94,6 +94,26 @@ private:
             }
         }
     };
+
+    /// (F - R) F^T, components xx xy xz yy yz zz.
+    static void deviation(const Mat3<P>& F, const Mat3<P>& R, P t[6]) {
+        int component = 0;
+        for (int r = 0; r < 3; ++r)
+            for (int c = r; c < 3; ++c) {
+                t[component] = P(0);
+                for (int k = 0; k < 3; ++k) t[component] += (F(r, k) - R(r, k)) * F(c, k);
+                ++component;
+            }
+    }
+    static void deviation(const Svd& svd, P t[6]) {
+        int component = 0;
+        for (int r = 0; r < 3; ++r)
+            for (int c = r; c < 3; ++c) {
+                t[component] = P(0);
+                for (int k = 0; k < 3; ++k) t[component] += svd.B(r, k) * svd.B(c, k) * (P(1) - svd.inverse[k]);
+                ++component;
+            }
+    }
 
     template <class Body>
     void for_each_pack(const Block<Real>& b, Body body) const {

@@ -17,8 +17,8 @@ struct Scheme {
     static constexpr bool increment = false;
 
     explicit Scheme(const Params&) {}
-    template <class Real>
-    Real velocity(Real, Real grid, Real) const {
+    template <class T>
+    T velocity(const T&, const T& grid, const T&) const {
         return grid;
     }  // (2)
 };

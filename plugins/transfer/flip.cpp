@@ -19,9 +19,9 @@ struct Scheme {
     static constexpr bool increment = true;
 
     explicit Scheme(const Params& params) : blend(params["blend"]) {}
-    template <class Real>
-    Real velocity(Real v, Real grid, Real before) const {
-        const Real b = static_cast<Real>(blend);
+    template <class T>
+    T velocity(const T& v, const T& grid, const T& before) const {
+        const auto b = static_cast<Scalar<T>>(blend);
         return b * (v + (grid - before)) + (1 - b) * grid;  // (2)
     }
     double blend;

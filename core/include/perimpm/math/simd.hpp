@@ -31,18 +31,27 @@ bool all(const std::experimental::simd_mask<Real, Abi>& mask) {
     return all_of(mask);
 }
 
-/// Loads `count` (at most a pack) consecutive numbers; missing lanes hold `rest`.
+/// The first `count` lanes.
+template <class Real>
+typename Pack<Real>::mask_type first_lanes(std::size_t count) {
+    const Pack<Real> lane([](auto i) { return static_cast<Real>(i); });
+    return lane < static_cast<Real>(count);
+}
+
+/// Loads `count` (at most a pack) consecutive numbers; missing lanes hold `rest` and their memory is not touched.
 template <class Real>
 Pack<Real> load(const Real* from, std::size_t count, Real rest = Real(0)) {
     if (count >= kLanes<Real>) return Pack<Real>(from, std::experimental::element_aligned);
-    return Pack<Real>([&](std::size_t lane) { return lane < count ? from[lane] : rest; });
+    Pack<Real> pack(rest);
+    where(first_lanes<Real>(count), pack).copy_from(from, std::experimental::element_aligned);
+    return pack;
 }
 
 /// Stores the first `count` lanes.
 template <class Real>
 void store(Real* to, const Pack<Real>& pack, std::size_t count) {
     if (count >= kLanes<Real>) return pack.copy_to(to, std::experimental::element_aligned);
-    for (std::size_t lane = 0; lane < count; ++lane) to[lane] = pack[lane];
+    where(first_lanes<Real>(count), pack).copy_to(to, std::experimental::element_aligned);
 }
 
 /// Scalar type below a pack.

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <utility>
+
+#include "perimpm/math/simd.hpp"
+
+/*! Quads: four numbers side by side, such as (x, y, z, -) of one particle. A pack of quads and four packs of components
+    turn into each other by 4x4 transposes inside registers. */
+namespace perimpm {
+
+namespace detail {
+
+template <class Real, int N>
+struct Lanes {
+    typedef Real type __attribute__((vector_size(N * sizeof(Real))));
+};
+template <class Real, int N>
+using Vec = typename Lanes<Real, N>::type;
+
+/// From each quad of lanes of a and b: lanes First and First + 1 of both, alternating (`Interleave`) or one after the other.
+template <int First, bool Interleave, class V, int... I>
+V mix(V a, V b, std::integer_sequence<int, I...>) {
+    constexpr int N = sizeof...(I);
+    return __builtin_shufflevector(
+        a, b, (I / 4 * 4 + First + (Interleave ? I % 4 / 2 + I % 2 * N : I % 2 + I % 4 / 2 * N))...);
+}
+
+template <class Real, int N, int... I>
+Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, I...);
+}
+
+/// Entries k, k + 4, k + 8, ... of an array of quads, side by side.
+template <class Real, int N>
+Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
+    if constexpr (N == 4) {
+        Vec<Real, 4> v;
+        __builtin_memcpy(&v, quads + 4 * std::size_t{entry[0]}, sizeof v);
+        return v;
+    } else {
+        return join<Real, N / 2>(every_fourth<Real, N / 2>(quads, entry),
+                                 every_fourth<Real, N / 2>(quads, entry + N / 2), std::make_integer_sequence<int, N>());
+    }
+}
+
+}  // namespace detail
+
+/// Within each group of four lanes: row k of `rows` becomes lane k of the columns. Its own inverse.
+template <class Real>
+void transpose_quads(const Pack<Real> rows[4], Pack<Real> columns[4]) {
+    constexpr int N = kLanes<Real>;
+    static_assert(N >= 4);
+    using V = detail::Vec<Real, N>;
+    constexpr auto all = std::make_integer_sequence<int, N>();
+    const V r[4] = {V(rows[0]), V(rows[1]), V(rows[2]), V(rows[3])};
+    const V xy01 = detail::mix<0, true>(r[0], r[1], all), xy23 = detail::mix<0, true>(r[2], r[3], all);
+    const V zw01 = detail::mix<2, true>(r[0], r[1], all), zw23 = detail::mix<2, true>(r[2], r[3], all);
+    columns[0] = Pack<Real>(detail::mix<0, false>(xy01, xy23, all));
+    columns[1] = Pack<Real>(detail::mix<2, false>(xy01, xy23, all));
+    columns[2] = Pack<Real>(detail::mix<0, false>(zw01, zw23, all));
+    columns[3] = Pack<Real>(detail::mix<2, false>(zw01, zw23, all));
+}
+
+/// Place of lane `lane`'s quad among the quads that store_quads writes.
+template <class Real>
+constexpr std::size_t quad_place(std::size_t lane) {
+    constexpr std::size_t N = kLanes<Real>;
+    return N < 4 ? lane : lane % 4 * (N / 4) + lane / 4;
+}
+
+/// Writes one quad per lane, lane l's to place quad_place(l); `to` holds 4 packs.
+template <class Real>
+void store_quads(Real* to, const Pack<Real> component[4]) {
+    constexpr std::size_t N = kLanes<Real>;
+    if constexpr (N < 4) {
+        for (std::size_t lane = 0; lane < N; ++lane)
+            for (std::size_t c = 0; c < 4; ++c) to[4 * lane + c] = component[c][lane];
+    } else {
+        Pack<Real> rows[4];
+        transpose_quads<Real>(component, rows);
+        for (std::size_t k = 0; k < 4; ++k) rows[k].copy_to(to + k * N, std::experimental::element_aligned);
+    }
+}
+
+/// Reads quads that lie at the places of store_quads.
+template <class Real>
+void load_quads(const Real* from, Pack<Real> component[4]) {
+    constexpr std::size_t N = kLanes<Real>;
+    if constexpr (N < 4) {
+        for (std::size_t c = 0; c < 4; ++c)
+            component[c] = Pack<Real>([&](std::size_t lane) { return from[4 * lane + c]; });
+    } else {
+        Pack<Real> rows[4];
+        for (std::size_t k = 0; k < 4; ++k) rows[k].copy_from(from + k * N, std::experimental::element_aligned);
+        transpose_quads<Real>(rows, component);
+    }
+}
+
+/// Components of the quads with numbers entry[lane]: whole quads are loaded, which takes a third of the instructions of
+/// loading number by number.
+template <class Real>
+void gather_quads(const Real* quads, const std::uint32_t* entry, Pack<Real> component[4]) {
+    constexpr int N = kLanes<Real>;
+    if constexpr (N < 4) {
+        for (std::size_t c = 0; c < 4; ++c)
+            component[c] = Pack<Real>([&](std::size_t lane) { return quads[4 * std::size_t{entry[lane]} + c]; });
+    } else {
+        Pack<Real> rows[4];
+        for (int k = 0; k < 4; ++k) rows[k] = Pack<Real>(detail::every_fourth<Real, N>(quads, entry + k));
+        transpose_quads<Real>(rows, component);
+    }
+}
+
+}  // namespace perimpm

@@ -1,0 +1,121 @@
+#pragma once
+
+#include "perimpm/transfer/stencils.hpp"
+
+/*! Particles to grid. A particle adds to node I of its stencil
+      (1) w_I (q + A d_I) + S grad w_I,    d_I from particle to node in dx, q = (momentum, mass), A and S in columns
+    w_I = wx_i wy_j wz_k. With q moved to the stencil's first node, q' = q - A offset, column (i, j) gets
+      (2) wy_j R_i + wx_i Y_j,   R_i = wx_i wz (q' + i A_x + k A_z) + (wx_i dwz S_z + dwx_i wz S_x),   Y_j = j wy_j wz A_y + dwy_j wz S_y
+    Lanes are (z-node k) x (momentum, mass). All columns of a cell stay in registers while its particles pass. */
+namespace perimpm::bspline {
+
+/// What a batch of particles adds to one tile.
+template <class Real, bool Linear, bool Stress>
+struct Deposit {
+    Quads<Real> q;  ///< q' in (2)
+    Quads<Real> A[Linear ? 3 : 1], S[Stress ? 3 : 1];
+};
+
+template <bool Linear, bool Stress, class Real, int Order, bool Slopes>
+void add_to_tile(Real* tile, const Stencils<Real, Order, Slopes>& s, const Deposit<Real, Linear, Stress>& d,
+                 std::size_t size) {
+    using C = Column<Real>;
+    constexpr int n = Order + 1;
+    const C k = C::index();
+    for_each_cell(s.node, size, [&](std::size_t p, std::size_t end, std::int32_t node) {
+        C sum[n][n] = {};
+        for (; p < end; ++p) {
+            const std::size_t at = Quads<Real>::place(p);
+            const Real *wx = s.weight[0].at(at), *wy = s.weight[1].at(at);
+            const Real *dx = Stress ? s.slope[0].at(at) : wx, *dy = Stress ? s.slope[1].at(at) : wy;
+            const C wz = C::spread(s.weight[2].at(at));
+            C base = wz * C::repeat(d.q.at(at)), Ax, Ay, Sx, Sy;
+            if constexpr (Linear) {
+                base += k * wz * C::repeat(d.A[2].at(at));
+                Ax = wz * C::repeat(d.A[0].at(at)), Ay = wz * C::repeat(d.A[1].at(at));
+            }
+            if constexpr (Stress) {
+                base += C::spread(s.slope[2].at(at)) * C::repeat(d.S[2].at(at));
+                Sx = wz * C::repeat(d.S[0].at(at)), Sy = wz * C::repeat(d.S[1].at(at));
+            }
+            C Y[n] = {};
+            for (int j = 0; j < n; ++j) {
+                if constexpr (Linear)
+                    if (j > 0) Y[j] = (static_cast<Real>(j) * wy[j]) * Ay;
+                if constexpr (Stress) Y[j] += dy[j] * Sy;
+            }
+            for (int i = 0; i < n; ++i) {
+                C R = wx[i] * base;
+                if constexpr (Stress) R += dx[i] * Sx;
+                for (int j = 0; j < n; ++j) {
+                    sum[i][j] += wy[j] * R;
+                    if (Stress || (Linear && j > 0)) sum[i][j] += wx[i] * Y[j];
+                }
+                if constexpr (Linear) base += Ax;
+            }
+        }
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) {
+                Real* to = tile + node + i * kSlabStride + j * kRowStride;
+                (C::load(to) + sum[i][j]).store(to);
+            }
+    });
+}
+
+/// Scheme::affine adds m C d to the momentum; Scheme::increment keeps impulses apart so that the grid knows the velocity
+/// before forces. With `mls` the stress goes into A (Hu et al. 2018, eq. 16), else into S.
+template <class Scheme, class Real, int Order, bool mls, bool Local>
+void scatter(TransferBlock<Real>& b) {
+    using P = Pack<Real>;
+    constexpr bool together = !Scheme::increment, slopes = Local && !mls;
+    constexpr bool linear = Scheme::affine || (together && Local && mls), stress = together && slopes;
+    const Real inverse_spacing = 1 / b.spacing;
+    for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
+        Stencils<Real, Order, slopes> s;
+        Deposit<Real, linear, stress> total;
+        Deposit<Real, Local && mls, slopes> impulse;
+        for (std::size_t p = 0; p < size; p += kLanes<Real>) {
+            const std::size_t at = first + p, count = std::min(kLanes<Real>, size - p);
+            P x[3], offset[3];
+            for (int c = 0; c < 3; ++c) x[c] = load(b.x[c] + at, count) * inverse_spacing;
+            s.set(p, x, b.origin);
+            for (int c = 0; c < 3; ++c) offset[c].copy_from(s.offset[c] + p, std::experimental::element_aligned);
+            const P m = load(b.mass + at, count);
+            P q[4] = {P(0), P(0), P(0), m}, f[4] = {P(0), P(0), P(0), P(0)}, A[3][4] = {}, G[3][4] = {};
+            for (int c = 0; c < 3; ++c) {
+                q[c] = m * load(b.v[c] + at, count);
+                if constexpr (!Local) f[c] = b.dt * load(b.force[c] + at, count);
+                for (int j = 0; Scheme::affine && j < 3; ++j)
+                    A[j][c] = (m * b.spacing) * load(b.C[3 * c + j] + at, count);
+            }
+            if constexpr (Local) {
+                constexpr Real kScale = mls ? Real(1 / kSecondMoment<Order>) : Real(1);
+                const P scale = -kScale * b.dt * inverse_spacing * load(b.volume + at, count);
+                constexpr int component[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+                for (int j = 0; j < 3; ++j)
+                    for (int c = 0; c < 3; ++c) G[j][c] = scale * load(b.tau[component[j][c]] + at, count);
+            }
+            if constexpr (together) {
+                for (int c = 0; c < 3; ++c) {
+                    q[c] += f[c];
+                    for (int j = 0; Local && mls && j < 3; ++j) A[j][c] += G[j][c];
+                }
+            } else {
+                for (int c = 0; c < 3; ++c)
+                    for (int j = 0; Local && mls && j < 3; ++j) f[c] -= G[j][c] * offset[j];
+                impulse.q.store(p, f);
+                for (int j = 0; Local && mls && j < 3; ++j) impulse.A[j].store(p, G[j]);
+                for (int j = 0; slopes && j < 3; ++j) impulse.S[j].store(p, G[j]);
+            }
+            for (int c = 0; c < 3; ++c)
+                for (int j = 0; linear && j < 3; ++j) q[c] -= A[j][c] * offset[j];
+            total.q.store(p, q);
+            for (int j = 0; linear && j < 3; ++j) total.A[j].store(p, A[j]);
+            for (int j = 0; stress && j < 3; ++j) total.S[j].store(p, G[j]);
+        }
+        add_to_tile<linear, stress>(b.tile, s, total, size);
+        if constexpr (!together) add_to_tile<Local && mls, slopes>(b.increment, s, impulse, size);
+    });
+}
+
+}  // namespace perimpm::bspline
