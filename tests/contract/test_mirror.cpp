@@ -52,7 +52,8 @@ TEST_CASE("mirror: every file of the core has its test", "[contract]") {
         const fs::path file = fs::relative(entry.path(), kRoot / "core/src");
         const auto covered = kCovered.find(file.string());
         CAPTURE(file);
-        CHECK(fs::exists(kRoot / "tests/core" / (covered == kCovered.end() ? test_of(file) : covered->second)));
+        CHECK(
+            fs::exists(kRoot / "tests/core" / (covered == kCovered.end() ? test_of(file) : fs::path(covered->second))));
     }
 }
 

@@ -71,6 +71,13 @@ private:
         all.insert(all.end(), bond_laws_.begin(), bond_laws_.end());
         return all;
     }
+    /// What the laws' wave speeds depend on.
+    Names measured() const {
+        Names names;
+        if (!local_laws_.empty()) names.push_back("F");
+        if (!bond_laws_.empty()) names.insert(names.end(), {"x", "bonds"});
+        return names;
+    }
     /// The shortest interval of the scene's criteria.
     std::string fracture_interval() const {
         std::uint32_t interval = std::numeric_limits<std::uint32_t>::max();
@@ -83,7 +90,7 @@ private:
     }
     void add_grid_passes() {
         const bool local = !local_laws_.empty(), bonds = !bond_laws_.empty(), affine = w_.transfer_needs.affine;
-        pass("time step", fmt::format("every {} steps", kMeasureInterval), {"x"}, {"dt"}, laws());
+        pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
         pass("sort", "when particles moved half a cell", {"x"}, {"order"});
         add_bond_pass();
         Names reads{"x", "v", "mass"}, models = local_laws_;

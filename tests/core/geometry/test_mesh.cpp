@@ -29,7 +29,7 @@ std::string error_of(const std::string& file, double voxel_size = 0.1) {
 }
 
 std::string bunny() {
-    const auto root = std::filesystem::path(__FILE__).parent_path() / "../../..";
+    const auto root = std::filesystem::path(PERIMPM_SOURCE);
     return root / "scenes/assets/bunny.obj";
 }
 

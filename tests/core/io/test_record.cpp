@@ -26,9 +26,10 @@ TEST_CASE("record: every frame leaves a file, an energy row and the state of the
     RunRecord record(simulation, options, 1);
     record.frame(1);
     CHECK(files_in(options.folder) == std::set<std::string>{"frame.0001.h5", "run.xdmf", "run.json", "energy.csv"});
-    CHECK(text_of(options.folder + "/energy.csv")
-              .starts_with("time,kinetic,elastic,potential,total,px,py,pz,lx,ly,lz\n"
-                           "0,32,"));  // 64 kg at 1 m/s
+    const std::string energy = text_of(options.folder + "/energy.csv");
+    const std::string header = "time,kinetic,elastic,potential,total,px,py,pz,lx,ly,lz\n0,";
+    REQUIRE(energy.starts_with(header));
+    CHECK(std::stod(energy.substr(header.size())) == Approx(32));  // 64 kg at 1 m/s
     CHECK(contains(text_of(options.folder + "/run.json"), R"("status": "running")"));
     record.status("done");
     CHECK(contains(text_of(options.folder + "/run.json"), R"("status": "done")"));
@@ -57,7 +58,8 @@ TEST_CASE("record: a failure dumps every field, whatever the scene puts out", "[
     RunRecord record(simulation, options, 1);
     record.failed("something broke");
     CHECK(contains(text_of(folder.path / "run.json"), R"("error": "something broke")"));
-    CHECK(fs::file_size(folder.path / "failed.h5") > 512 * 8 * (3 + 3 + 9 + 9));  // x, v, C, F
+    const std::string dump = text_of(folder.path / "failed.h5");
+    for (const char* name : {"mass", "volume"}) CHECK(contains(dump, name));
 }
 
 TEST_CASE("record: without a folder nothing is written", "[io]") {

@@ -10,7 +10,8 @@ using namespace perimpm;
 TEST_CASE("run.json: the resolved scene, sizes, libraries and the time of every pass", "[io]") {
     Simulation simulation(scene_from(kBox, {kBonds, "title=\"cube\""}), 1);
     for (int n = 0; n < 3; ++n) simulation.step();
-    const auto json = nlohmann::json::parse(run_json(simulation, {.threads = 1, .after_step = {}}, 7, "running", ""));
+    const auto json =
+        nlohmann::json::parse(run_json(simulation, {.folder = "", .threads = 1, .after_step = {}}, 7, "running", ""));
     CHECK(json["status"] == "running");
     CHECK(json["frames"] == 7);
     CHECK(json["steps"] == 3);

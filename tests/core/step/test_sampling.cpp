@@ -25,7 +25,8 @@ TEST_CASE("sampling: Poisson-disk particles share the shape's volume", "[step]")
     const Scene scene = scene_from(kBox, {R"(body.0.sampling="poisson")"});
     const BodySample sample = sample_bodies(scene)[0];
     CHECK_THAT(sample.particle_volume * static_cast<double>(sample.points.size()), WithinRel(0.064, 1e-9));
-    CHECK_THAT(static_cast<double>(sample.points.size()), WithinRel(512.0, 0.15));  // as many as the lattice
+    CHECK_THAT(static_cast<double>(sample.points.size()),
+               WithinRel(512.0, 0.25));  // the lattice's, and more at surfaces
 }
 
 TEST_CASE("sampling: what cannot be filled is refused where it is given", "[step]") {
@@ -36,10 +37,7 @@ TEST_CASE("sampling: what cannot be filled is refused where it is given", "[step
     CHECK(contains(outside, "128 of 512 particles of body 'body 0' lie outside grid.domain"));
     CHECK(contains(outside, "s.toml:"));
     const std::string tiny = R"(body.0.shape={ type = "sphere", center = [0, 0, 0], radius = 1e-3 })";
-    CHECK(refusal(tiny) == "(no error)");  // the lattice is laid so that its centre is a point
-    const std::string thin =
-        R"(body.0.shape={ type = "cylinder", start = [0, 0, 0], end = [0.02, 0.02, 0.02], radius = 1e-4 })";
-    CHECK(contains(refusal(thin), "no particle of spacing 0.05 m fits into body 'body 0'"));
+    CHECK(contains(refusal(tiny), "no particle of spacing 0.05 m fits into body 'body 0'"));
 }
 
 TEST_CASE("sampling: the Z-order curve visits every point once, one octant after the other", "[step]") {
