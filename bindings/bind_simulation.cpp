@@ -66,7 +66,10 @@ void run_simulation(SharedSimulation& shared, const std::string& folder, std::ui
     Watch watch(std::move(report));
     {
         const py::gil_scoped_release release;
-        run(shared.get(), {folder, frames, shared.threads(), {{"Python", python_version()}}, [&watch](const Progress& p) { return watch.go_on(&p); }});
+        run(shared.get(),
+            {folder, frames, shared.threads(), {{"Python", python_version()}}, [&watch](const Progress& p) {
+                 return watch.go_on(&p);
+             }});
     }
     watch.raise_pending();
 }

@@ -51,7 +51,8 @@ def scene(
 def falling_box() -> Tree:
     """12 x 12 x 12 particles of mass 1000 kg/m^3 (0.05 m)^3 in free flight at 1 m/s along x; three frames."""
     shape = box([-0.3, 0.5, -0.3], [0.3, 1.1, 0.3])
-    tree = scene({"rubber": dict(LOCAL)}, [("rubber", shape)], 0.05, gravity=(0.0, -9.81, 0.0), precision="float")
+    more: Tree = {"transfer": {"type": "apic", "order": 2}, "precision": "float"}
+    tree = scene({"rubber": dict(LOCAL)}, [("rubber", shape)], 0.05, gravity=(0.0, -9.81, 0.0), **more)
     tree["simulation"] |= {"end_time": 0.1, "frame_rate": 24.0}
     tree["grid"]["domain"] = {"min": [-1.0, 0.0, -1.0], "max": [1.0, 2.0, 1.0], "faces": "separate"}
     tree["body"][0]["initial_velocity"] = [1.0, 0.0, 0.0]

@@ -96,7 +96,7 @@ def _mesh(shape: dict[str, Any]) -> pv.PolyData | None:
     except (OSError, ValueError) as error:
         warnings.warn(f"a collider is not drawn: {error}", stacklevel=2)
         return None
-    surface = (mesh if isinstance(mesh, pv.PolyData) else mesh.extract_geometry()).triangulate()
+    surface: pv.PolyData = (mesh if isinstance(mesh, pv.PolyData) else mesh.extract_geometry()).triangulate()
     x, y, z = np.radians(shape["rotation"])
     turn = _turn(np.eye(3)[2], z) @ _turn(np.eye(3)[1], y) @ _turn(np.eye(3)[0], x)
     surface.points = shape["scale"] * (surface.points @ turn.T) + np.asarray(shape["translation"], float)

@@ -17,11 +17,7 @@ using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
     {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus, the stiffness in tension"},
-    {.key = "horizon",
-     .unit = "spacings",
-     .range = above(1),
-     .default_value = 3.015,
-     .doc = "how far a particle's bonds reach, in particle spacings"},
+    {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"},
     {.key = "calibration",
      .kind = ParamKind::choice,
      .default_text = "lattice",
@@ -31,7 +27,8 @@ constexpr ParamSpec kParams[] = {
      .kind = ParamKind::choice,
      .default_text = "family",
      .choices = "none|family",
-     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves them soft"},
+     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves "
+            "them soft"},
     {.key = "volume_correction",
      .kind = ParamKind::choice,
      .default_text = "none",

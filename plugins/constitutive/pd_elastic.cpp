@@ -50,11 +50,7 @@ constexpr ParamSpec kParams[] = {
      .choices = "modulus|paper",
      .doc = "what gives the stiffness: youngs_modulus and bending_ratio, or mu and lambda"},
     {.key = "poisson_ratio", .range = open(-1, 0.5), .default_value = 0.25, .doc = "this law has 1/4 and no other"},
-    {.key = "horizon",
-     .unit = "spacings",
-     .range = above(1),
-     .default_value = 3.015,
-     .doc = "how far a particle's bonds reach, in particle spacings"},
+    {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"},
     {.key = "influence",
      .kind = ParamKind::choice,
      .default_text = "constant",
@@ -64,7 +60,8 @@ constexpr ParamSpec kParams[] = {
      .kind = ParamKind::choice,
      .default_text = "family",
      .choices = "none|family",
-     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves them soft"},
+     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves "
+            "them soft"},
 };
 enum ParticleState { kNormalisation, kShapeInverse, kMeanDeformation };
 constexpr FieldSpec kParticleState[] = {

@@ -80,10 +80,10 @@ std::vector<std::string> split_choices(const char* choices) {
 
 void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what) {
     const bool is_leaf = !value.is_table() && !value.is_list();
-    throw InputError{value.place.text(), fmt::format("'{}' in {} must be {}{}{}, got {}{}{}", spec.key, what,
-                                                     expected_kind(spec), expected_words(spec), unit_note(spec),
-                                                     value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "",
-                                                     remedy(value, spec))};
+    throw InputError{
+        value.place.text(),
+        fmt::format("'{}' in {} must be {}{}{}, got {}{}{}", spec.key, what, expected_kind(spec), expected_words(spec),
+                    unit_note(spec), value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "", remedy(value, spec))};
 }
 
 double require_number(const Value& value, const ParamSpec& spec, const std::string& what) {

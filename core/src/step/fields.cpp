@@ -18,8 +18,8 @@ struct Label {
 
 template <class Real>
 FieldView view(Label l, Field<Real> f, std::size_t first, std::size_t size, std::size_t components) {
-    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), f.data + first,
-            size,              components,        f.stride,         kType<Real>};
+    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), f.data + first, size,
+            components,        f.stride,          kType<Real>};
 }
 
 FieldView view(Label l, std::uint32_t* data, std::size_t size) {
@@ -46,8 +46,8 @@ void add_own(Material<Real>& m, std::vector<FieldView>& out) {
     if (!m.force.empty())
         out.push_back(view({"force", "N", "internal force", m.law_name}, m.force.view(), 0, m.size, 3));
     for (StateField<Real>& s : m.particle_state)
-        out.push_back(view({s.spec.name, s.spec.unit, s.spec.doc, m.law_name}, s.values.view(), 0, m.size,
-                           s.spec.components));
+        out.push_back(
+            view({s.spec.name, s.spec.unit, s.spec.doc, m.law_name}, s.values.view(), 0, m.size, s.spec.components));
     for (auto& [spec, values] : m.varying)
         if (!values.empty())
             out.push_back(

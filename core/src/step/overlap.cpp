@@ -20,11 +20,10 @@ std::vector<std::string> starting_overlaps(const World<Real>& w) {
         }
         for (std::size_t b = 0; b < inside.size(); ++b)
             if (inside[b] > 0)
-                messages.push_back(
-                    fmt::format("{} of {} particles of body '{}' start inside collider '{}', where they are held or "
-                                "squeezed out: move the body or the collider",
-                                inside[b], w.body_begin[b + 1] - w.body_begin[b], w.scene.bodies[b].name,
-                                collider.spec().name));
+                messages.push_back(fmt::format(
+                    "{} of {} particles of body '{}' start inside collider '{}', where they are held or "
+                    "squeezed out: move the body or the collider",
+                    inside[b], w.body_begin[b + 1] - w.body_begin[b], w.scene.bodies[b].name, collider.spec().name));
     }
     return messages;
 }

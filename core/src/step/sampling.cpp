@@ -42,10 +42,11 @@ void refuse_too_many(const BodySpec& body, double spacing, double count) {
     const Value* key = body.source.find(body.particle_spacing ? "particle_spacing" : "particles_per_cell");
     throw InputError(
         (key ? *key : body.source).place.text(),
-        fmt::format("body '{}' with particles {:g} m apart brings the scene to about {:.2g} particles, which take {:.2g} "
-                    "GB or more; this machine has {:.2g} GB: use a larger {}",
-                    body.name, spacing, count, 1e-9 * count * kBytesPerParticle, 1e-9 * memory,
-                    body.particle_spacing ? "particle_spacing" : "grid.spacing"));
+        fmt::format(
+            "body '{}' with particles {:g} m apart brings the scene to about {:.2g} particles, which take {:.2g} "
+            "GB or more; this machine has {:.2g} GB: use a larger {}",
+            body.name, spacing, count, 1e-9 * count * kBytesPerParticle, 1e-9 * memory,
+            body.particle_spacing ? "particle_spacing" : "grid.spacing"));
 }
 
 void check_inside_domain(const Scene& scene, const BodySample& s) {
