@@ -1,19 +1,22 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "bind.hpp"
 #include "simulation.hpp"
 
 namespace perimpm::python {
 namespace {
 
-py::dtype dtype_of(FieldView::Type type) {
+py::dtype dtype_of(NumberType type) {
     switch (type) {
-        case FieldView::Type::float32:
+        case NumberType::float32:
             return py::dtype::of<float>();
-        case FieldView::Type::float64:
+        case NumberType::float64:
             return py::dtype::of<double>();
-        case FieldView::Type::uint32:
+        case NumberType::uint32:
             break;
     }
     return py::dtype::of<std::uint32_t>();
@@ -37,11 +40,35 @@ py::array view(py::object owner, const std::string& name, const std::string& mat
     return {type, shape, strides, field.data, owner};
 }
 
+/// A hash of the field's bits: any change of one number changes it, and no two states that a run meets share it in
+/// practice. Costs one read of the field.
+std::uint64_t fingerprint(SharedSimulation& shared, const std::string& name) {
+    const auto lock = shared.lock();
+    const FieldView field = shared.get().field(name);
+    std::uint64_t hash = 0;
+    const auto mix = [&hash](std::uint64_t word) {
+        hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 32;
+    };
+    for (std::size_t c = 0; c < field.components; ++c) {
+        const auto* from = static_cast<const std::byte*>(field.data) + c * field.stride * bytes_of(field.type);
+        const std::size_t bytes = field.size * bytes_of(field.type);
+        for (std::size_t at = 0; at < bytes; at += sizeof(std::uint64_t)) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, from + at, std::min(sizeof word, bytes - at));
+            mix(word);
+        }
+    }
+    return hash;
+}
+
 }  // namespace
 
 void bind_particles(py::module_& m) {
     m.def("view", &view, py::arg("simulation"), py::arg("name"), py::arg("material") = "",
           "A particle field without a copy; the array keeps the simulation alive.");
+    m.def("fingerprint", &fingerprint, py::arg("simulation"), py::arg("name"),
+          "A number that changes when any value of the field does.");
     m.def(
         "fields",
         [](SharedSimulation& shared, const std::string& material) {

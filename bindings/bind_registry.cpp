@@ -19,18 +19,16 @@ struct Model {
     const Plugin* plugin;
 };
 
-Family family_of(const std::string& model) {
-    std::vector<std::string> names;
+/// known: names to propose when there is no such model.
+Family family_of(const std::string& model, const std::vector<std::string>& known) {
     for (Family family : kFamilies)
-        for (const PluginFile& file : installed(family)) {
+        for (const PluginFile& file : installed(family))
             if (file.name == model) return family;
-            names.push_back(file.name);
-        }
-    throw InputError("no model is called '" + model + "'\n  " + suggestion(model, names));
+    throw InputError("nothing is called '" + model + "'\n  " + suggestion(model, known));
 }
 
-Model open_model(const std::string& name) {
-    const Family family = family_of(name);
+Model open_model(const std::string& name, const std::vector<std::string>& known) {
+    const Family family = family_of(name, known);
     return {family, &open_plugin(family, name)};
 }
 
@@ -110,6 +108,7 @@ void bind_param(py::module_& m) {
         .def_readonly("per_particle", &ParamSpec::per_particle)
         .def_readonly("doc", &ParamSpec::doc);
     py::class_<SectionDoc>(m, "Section", "A table of a scene and the keys it accepts.")
+        .def_readonly("topic", &SectionDoc::topic)
         .def_readonly("name", &SectionDoc::name)
         .def_readonly("doc", &SectionDoc::doc)
         .def_readonly("keys", &SectionDoc::keys);
@@ -125,7 +124,8 @@ void bind_registry(py::module_& m) {
         .def_property_readonly("path", [](const Model& model) { return model.plugin->path; })
         .def_property_readonly("summary", [](const Model& model) { return model.plugin->descriptor->summary; })
         .def_property_readonly("params", &params_of);
-    m.def("open_model", &open_model, py::arg("name"), "Opens the plugin of this name.");
+    m.def("open_model", &open_model, py::arg("name"), py::arg("known") = std::vector<std::string>(),
+          "Opens the plugin of this name; `known`: names to propose when there is none.");
     m.def(
         "installed",
         [] {

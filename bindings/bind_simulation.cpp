@@ -55,12 +55,21 @@ private:
     std::uint32_t frame_ = 0;
 };
 
+/// "3.11.2" of "3.11.2 (main, ...) [GCC ...]".
+std::string python_version() {
+    const std::string text = Py_GetVersion();
+    return text.substr(0, text.find(' '));
+}
+
 void run_simulation(SharedSimulation& shared, const std::string& folder, std::uint32_t frames, Report report) {
     const auto lock = shared.lock();
     Watch watch(std::move(report));
     {
         const py::gil_scoped_release release;
-        run(shared.get(), {folder, frames, shared.threads(), [&watch](const Progress& p) { return watch.go_on(&p); }});
+        run(shared.get(),
+            {folder, frames, shared.threads(), {{"Python", python_version()}}, [&watch](const Progress& p) {
+                 return watch.go_on(&p);
+             }});
     }
     watch.raise_pending();
 }
@@ -123,7 +132,8 @@ void bind_plan(py::module_& m) {
         .def_readonly("dt", &Plan::dt, "The step the run starts with [s].")
         .def_readonly("particles", &Plan::particles)
         .def_readonly("libraries", &Plan::libraries)
-        .def_readonly("skipped", &Plan::skipped);
+        .def_readonly("skipped", &Plan::skipped)
+        .def_readonly("warnings", &Plan::warnings, "What is allowed but seldom meant.");
 }
 
 void bind_records(py::module_& m) {
@@ -159,6 +169,7 @@ void bind_simulation(py::module_& m) {
              "Runs to frame `frames` (0: the end); `report` is called with a Progress between steps.")
         .def("step", &step_simulation, py::arg("count") = 1, "Advances; returns the last step taken [s].")
         .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
+        .def("velocities_changed", guarded([](Simulation& s) { s.velocities_changed(); }))
         .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })
         .def_property_readonly("plan", [](SharedSimulation& s) { return s.get().plan(); })
         .def_property_readonly("time", guarded([](Simulation& s) { return s.time(); }), "[s]")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 from . import InputError, SimulationError, __version__
-from .describe import describe, plugins
+from .describe import describe, plugins, topics
 from .explain import explain
+from .frames import remove_pictures
 from .progress import pass_table
 from .simulation import Simulation
 from .tables import console, table
@@ -29,8 +31,10 @@ def _scene_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> None:
-    output = args.output or Path("out") / Path(args.scene).stem
+    output = Path(args.output) if args.output else Path("out") / Path(args.scene).stem
     simulation = Simulation(args.scene, args.overrides, args.threads)
+    if replaced := remove_pictures(output):
+        print(f"replacing the {replaced} frames of an earlier run in {output}", file=sys.stderr)
     simulation.run(args.frames, output, progress=True)
     console().print(pass_table(simulation))
     print(f"frames and run.xdmf for ParaView: {output}")
@@ -45,7 +49,11 @@ def _plugins(_: argparse.Namespace) -> None:
 
 
 def _describe(args: argparse.Namespace) -> None:
-    print(describe(args.name), end="")
+    if args.name:
+        print(describe(args.name), end="")
+        return
+    rows = [(family, " ".join(names)) for family, names in topics().items()]
+    console().print(table("perimpm describe NAME, where NAME is one of", ("about", "names"), rows))
 
 
 def _render(args: argparse.Namespace) -> None:
@@ -113,7 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     verb.set_defaults(action=_plugins)
 
     verb = verbs.add_parser("describe", help="parameters of a model, or of the scene's tables")
-    verb.add_argument("name", metavar="NAME", help='a model, or "scene"')
+    verb.add_argument("name", metavar="NAME", nargs="?", help='a model, "scene" or one of its tables; without: the list')
     verb.set_defaults(action=_describe)
 
     _add_render(verbs.add_parser("render", help="make pictures and an animation from frames"))
@@ -151,6 +159,13 @@ def _add_bench(verb: argparse.ArgumentParser) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command; returns its exit code."""
     args = _parser().parse_args(arguments)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+        return _act(args)
+
+
+def _act(args: argparse.Namespace) -> int:
     try:
         args.action(args)
         return 0

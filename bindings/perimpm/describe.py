@@ -63,10 +63,26 @@ def plugins() -> dict[str, list[str]]:
     return families
 
 
+def topics() -> dict[str, list[str]]:
+    """Everything that `describe` knows: the scene and its tables, then the models by family."""
+    tables = [s.topic for s in _core.scene_reference()][1:]  # the first one is the scene itself
+    return {"scene": ["scene", *tables]} | {family: [family, *names] for family, names in plugins().items()}
+
+
 def describe(name: str) -> Description:
-    """Parameters of a model with unit, range, default and meaning; ``describe("scene")`` for the scene's tables."""
+    """Parameters of a model with unit, range, default and meaning.
+
+    ``describe("scene")`` gives all tables of a scene, ``describe("body")`` one of them, ``describe("transfer")`` every
+    model of a family.
+    """
+    sections = {s.topic: (s.name, s.doc, tuple(s.keys)) for s in _core.scene_reference()}
     if name == "scene":
-        sections = tuple((s.name, s.doc, tuple(s.keys)) for s in _core.scene_reference())
-        return Description("scene", "", "tables of a scene file or dict; SI units, Y up", "", sections)
-    model = _core.open_model(name)
+        return Description("scene", "", "tables of a scene file or dict; SI units, Y up", "", tuple(sections.values()))
+    if name in sections:
+        title, doc, keys = sections[name]
+        return Description(title, "", doc, "", (("", "", keys),))
+    if name in plugins():
+        models = [describe(model) for model in plugins()[name]]
+        return Description(name, "", "every model of this family", "", tuple((m.name, m.summary, m.sections[0][2]) for m in models))
+    model = _core.open_model(name, [word for words in topics().values() for word in words])
     return Description(model.name, model.family, model.summary, model.path, (("", "", tuple(model.params)),))

@@ -14,6 +14,18 @@ from ._core import InputError
 Array = npt.NDArray[Any]
 
 
+def remove_pictures(folder: Path) -> int:
+    """Before a run into `folder`: removes what `render` made there of an earlier run; returns how many frames that run
+    left, which the new one replaces."""
+    pictures = folder / "pictures"
+    for pattern in ("frame.[0-9]*.png", "poster.png", "animation.*"):
+        for file in pictures.glob(pattern):
+            file.unlink()
+    if pictures.is_dir() and not any(pictures.iterdir()):
+        pictures.rmdir()
+    return len(list(folder.glob("frame.[0-9]*.h5")))
+
+
 class FrameFolder:
     """The frames in the folder of a run, by number; rows are in the order of particle ids."""
 
@@ -40,11 +52,23 @@ class FrameFolder:
         with h5py.File(self.files[number]) as file:
             if field not in file or field == "connectivity":
                 names = ", ".join(sorted(name for name in file if name != "connectivity"))
-                raise InputError(
-                    f"{self.files[number]}: no field '{field}'; there are {names}. "
-                    "Add it to output.fields in the scene and run again"
-                )
+                raise InputError(f"{self.files[number]}: no field '{field}'; there are {names}.{self._remedy(field)}")
             return np.asarray(file[field])
+
+    def _remedy(self, field: str) -> str:
+        """What to do about a field that frames lack: only fields of this scene can be added."""
+        possible = self.record.get("fields", [])
+        if field in possible:
+            return " Add it to output.fields in the scene and run again"
+        missing = ", ".join(name for name in possible if not self.has(min(self.files), name))
+        return f" This scene also has {missing}, which output.fields can add" if missing else ""
+
+    def time(self, number: int) -> float:
+        """Simulated time of a frame [s]."""
+        import h5py
+
+        with h5py.File(self.files[number]) as file:
+            return float(file.attrs["time"])
 
     def unit(self, number: int, field: str) -> str:
         """SI unit of a field, "" for pure numbers."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,31 +13,45 @@ import numpy.typing as npt
 from . import _core
 
 
-class PositionWatch:
-    """Knows whether somebody may have written positions through a view."""
+class ViewWatch:
+    """Knows whether somebody wrote positions or velocities through a view, and only then tells the simulation."""
+
+    WATCHED = ("x", "v")
 
     def __init__(self) -> None:
-        self._views: list[weakref.ref[npt.NDArray[Any]]] = []
+        self._views: dict[str, list[weakref.ref[npt.NDArray[Any]]]] = {}
+        self._prints: dict[str, int] = {}  #: of watched fields, as the simulation left them
 
-    def add(self, view: npt.NDArray[Any]) -> None:
-        self._views.append(weakref.ref(view))
+    def add(self, simulation: _core.Simulation, name: str, view: npt.NDArray[Any]) -> None:
+        if name in self.WATCHED:
+            self._prints.setdefault(name, _core.fingerprint(simulation, name))
+            self._views.setdefault(name, []).append(weakref.ref(view))
 
-    def tell(self, simulation: _core.Simulation) -> None:
-        """Before a step: marks the sort as stale when a view was given out and forgets the views that are gone."""
-        if self._views:
+    @contextmanager
+    def around_steps(self, simulation: _core.Simulation) -> Iterator[None]:
+        """Before: compares the fields whose views were given out. After: forgets the views that are gone."""
+        written = {name for name, old in self._prints.items() if _core.fingerprint(simulation, name) != old}
+        if "x" in written:
             simulation.positions_changed()
-            self._views = [view for view in self._views if view() is not None]
+        if "v" in written:
+            simulation.velocities_changed()
+        try:
+            yield
+        finally:
+            alive = {name: [view for view in views if view() is not None] for name, views in self._views.items()}
+            self._views = {name: views for name, views in alive.items() if views}
+            self._prints = {name: _core.fingerprint(simulation, name) for name in self._views}
 
 
 class Particles(Mapping[str, npt.NDArray[Any]]):
     """Fields of all particles, or of one material, by name.
 
     ``particles["x"]`` is a view without copying: shape (n, 3) for vectors, (n, 3, 3) for tensors, (n,) for the rest,
-    in SI units. Writing into it changes the simulation. A view shows the present particles until `generation`
+    in SI units. Writing into it changes the simulation; reading does not, to the last bit. A view shows the present particles until `generation`
     changes; then ask for it again, since the slots have been re-sorted. ``by_id`` gives copies in a fixed order.
     """
 
-    def __init__(self, simulation: _core.Simulation, watch: PositionWatch, material: str = "") -> None:
+    def __init__(self, simulation: _core.Simulation, watch: ViewWatch, material: str = "") -> None:
         self._simulation = simulation
         self._watch = watch
         self._material = material
@@ -47,8 +62,7 @@ class Particles(Mapping[str, npt.NDArray[Any]]):
             view = _core.view(self._simulation, name, self._material)
         except _core.InputError as error:
             raise KeyError(str(error)) from None
-        if name == "x":
-            self._watch.add(view)
+        self._watch.add(self._simulation, name, view)
         return view
 
     def __iter__(self) -> Iterator[str]:
@@ -68,7 +82,10 @@ class Particles(Mapping[str, npt.NDArray[Any]]):
 
     def by_id(self, name: str) -> npt.NDArray[Any]:
         """Copy of a field in the order of particle ids, which no re-sort changes."""
-        return self[name][np.argsort(self["id"], kind="stable")]
+        if name not in self:
+            return self[name]  # raises, with the closest name
+        values, ids = (_core.view(self._simulation, field, self._material) for field in (name, "id"))
+        return np.asarray(values[np.argsort(ids, kind="stable")])
 
     @property
     def generation(self) -> int:

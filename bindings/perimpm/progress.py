@@ -78,10 +78,10 @@ def _lines() -> Report:
         if p.frame == shown:
             return
         shown = p.frame
-        left = p.elapsed * (p.end_time / p.time - 1) if p.time > 0 else 0.0
+        left = f"{p.elapsed * (p.end_time / p.time - 1):.0f} s" if p.time > 0 else "unknown"
         out.print(
             f"frame {p.frame}/{p.frames}  t = {p.time:.4g} s  {p.particles} particles  "
-            f"{speed:.0f} substeps/s  ETA {left:.0f} s"
+            f"{speed:.0f} substeps/s  ETA {left}"
         )
 
     return report

@@ -88,13 +88,14 @@ def _draw(
     start = time.perf_counter()
     for done, number in enumerate(numbers, 1):
         x = source.read(number, "x")
-        yield number, painter.label(stage.draw(x, painter.albedo(number, len(x))))
+        yield number, painter.label(stage.draw(x, painter.albedo(number, len(x)), source.time(number)))
         if progress:
             pace = (time.perf_counter() - start) / done
             console(stderr=True).print(f"picture {done}/{len(numbers)}  {pace:.2f} s each")
 
 
 def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> Stage:
+    from .scenery import obstacles
     from .stage import Stage
 
     first = source.read(numbers[0], "x")
@@ -103,7 +104,9 @@ def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> St
     sample = np.concatenate([x[:: max(1, len(x) // POINTS_FOR_CAMERA)] for x in clouds]).astype(float)
     bottom = float(min(x[:, 1].min() for x in clouds))
     floor = source.ground()
-    return Stage(sample, h, bottom - 0.5 * h if floor is None else min(floor, bottom), size)
+    ground = bottom - 0.5 * h if floor is None else min(floor, bottom)
+    scenery = obstacles(source.record.get("scene", {}), sample.min(axis=0), sample.max(axis=0))
+    return Stage(sample, h, ground, size, scenery)
 
 
 def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:

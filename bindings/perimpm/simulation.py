@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, Union
 
 from . import _core
-from .particles import Particles, PositionWatch
+from .particles import Particles, ViewWatch
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -25,6 +26,8 @@ class Simulation:
     Raises
     ------
     InputError : something in the scene is wrong; the message says where and what to do.
+
+    Warns (UserWarning) about what is allowed but seldom meant, such as a body that starts inside a collider.
     """
 
     def __init__(
@@ -32,7 +35,9 @@ class Simulation:
     ) -> None:
         checked = _core.Scene(scene, list(overrides), os.fspath(folder))
         self._core = _core.Simulation(checked, threads)
-        self._watch = PositionWatch()
+        self._watch = ViewWatch()
+        for text in self._core.plan.warnings:
+            warnings.warn(text, stacklevel=2)
         self.title: str = checked.title
 
     def run(
@@ -52,14 +57,13 @@ class Simulation:
         if frames is not None and frames < 1:
             raise _core.InputError(f"frames = {frames}: expected 1 or more (frame 1 is t = 0)")
         folder = "" if output is None else os.fspath(output)
-        self._watch.tell(self._core)
-        with reporter(progress) as report:
+        with self._watch.around_steps(self._core), reporter(progress) as report:
             self._core.run(folder, frames or 0, report)
 
     def step(self, n: int = 1) -> float:
         """Advances `n` steps; returns the length of the last one [s]."""
-        self._watch.tell(self._core)
-        return self._core.step(n)
+        with self._watch.around_steps(self._core):
+            return self._core.step(n)
 
     @property
     def time(self) -> float:

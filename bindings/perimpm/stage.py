@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ import pyvista as pv  # noqa: E402  (the render window is chosen above)
 from vtkmodules.vtkRenderingCore import vtkActor  # noqa: E402
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper  # noqa: E402
 
+if TYPE_CHECKING:
+    from .scenery import Obstacle
+
 Array = npt.NDArray[Any]
 
 VIEW_ANGLE = 28.0  #: vertical [degrees]
@@ -23,18 +27,33 @@ VIEW_FROM = np.array([0.30, 0.34, 1.0]) / np.linalg.norm([0.30, 0.34, 1.0])
 BACKDROP = np.array([0.80, 0.83, 0.86])  #: linear light
 FLOOR = np.array([0.62, 0.64, 0.66])  #: how much the floor throws back
 FLOOR_PIXELS = 640
+OBSTACLE = (0.74, 0.76, 0.78)  #: display colour of colliders
+NEAR = 3.0  #: colliders up to so many times the size of the bodies' region are kept in the picture and cast shadows
 
 
 class Stage:
     """Draws frames of particles with spacing `h` [m] that stay inside `points` (a sample over all frames)."""
 
-    def __init__(self, points: Array, h: float, ground: float, size: tuple[int, int], smooth: int = 2) -> None:
+    def __init__(
+        self,
+        points: Array,
+        h: float,
+        ground: float,
+        size: tuple[int, int],
+        scenery: Sequence[Obstacle] = (),
+        smooth: int = 2,
+    ) -> None:
         self._h, self._ground, self._size, self._smooth = h, ground, size, smooth
         self._plotter = pv.Plotter(off_screen=True, window_size=[smooth * size[0], smooth * size[1]], lighting="none")
         window: Any = self._plotter.render_window
         window.SetMultiSamples(0)  # the picture is drawn larger and averaged down instead
         self._plotter.set_background((tone(BACKDROP) / 255.0).tolist())
         self._spheres = self._add_spheres()
+        self._obstacles = [(obstacle, self._add_obstacle(obstacle)) for obstacle in scenery]
+        self._near = [o for o in scenery if o.bounded and _extent(o.surface.points) < NEAR * _extent(points)]
+        for obstacle in self._near:
+            obstacle.cover(h)
+        points = np.concatenate([points, *(o.points(0.0) for o in self._near)])
         self._lay_floor(points)
         below = points * [1, 0, 1] + [0, ground, 0]
         self._aim(np.concatenate([points, below]))
@@ -51,6 +70,20 @@ class Stage:
         self._plotter.renderer.AddActor(actor)
         self._plotter.add_light(pv.Light(position=(-0.45, 0.9, 0.9), light_type="scene light"))
         return mapper
+
+    def _add_obstacle(self, obstacle: Obstacle) -> Any:
+        return self._plotter.add_mesh(
+            obstacle.surface,
+            color=OBSTACLE,
+            ambient=0.58,
+            diffuse=0.46,
+            specular=0.08,
+            specular_power=10,
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=50,
+            culling="back",  # a wall seen from behind hides nothing
+        )
 
     def _lay_floor(self, points: Array) -> None:
         low, high = points.min(axis=0), points.max(axis=0)
@@ -97,13 +130,16 @@ class Stage:
         camera.view_angle = VIEW_ANGLE
         camera.clipping_range = (0.02 * distance, 50 * distance)
 
-    def draw(self, x: Array, albedo: Array) -> Array:
+    def draw(self, x: Array, albedo: Array, time: float = 0.0) -> Array:
         """The picture, height x width x 3 bytes, of particles at `x` with colours `albedo` (linear, 0 to 1)."""
+        for obstacle, actor in self._obstacles:
+            actor.user_matrix = obstacle.placement(time)
         lighting = Lighting(x, self._h, self._ground)
         cloud = pv.PolyData(np.ascontiguousarray(x[lighting.seen], np.float32))
         cloud["rgb"] = tone(albedo[lighting.seen] * lighting.particle_light())
         self._spheres.SetInputData(cloud)
-        floor = lighting.floor_light(self._center, self._half, FLOOR_PIXELS)
+        shades = np.concatenate([x, *(o.points(time) for o in self._near)]) if self._near else x
+        floor = Lighting(shades, self._h, self._ground).floor_light(self._center, self._half, FLOOR_PIXELS)
         self._floor_actor.texture = _texture(self._floor_image(floor))
         self._plotter.render()
         image = np.asarray(self._plotter.screenshot(return_img=True))[..., :3]
@@ -119,6 +155,10 @@ class Stage:
     def close(self) -> None:
         """Frees the render window."""
         self._plotter.close()
+
+
+def _extent(points: Array) -> float:
+    return float(np.ptp(points, axis=0).max())
 
 
 def _texture(image: Array) -> pv.Texture:

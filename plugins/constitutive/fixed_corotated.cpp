@@ -15,8 +15,15 @@ namespace {
 using namespace perimpm;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .per_particle = true, .doc = "Young's modulus"},
-    {.key = "poisson_ratio", .range = open(-1, 0.5), .default_value = 0.25, .doc = "Poisson's ratio"},
+    {.key = "youngs_modulus",
+     .unit = "Pa",
+     .range = above(0),
+     .per_particle = true,
+     .doc = "Young's modulus, the stiffness in tension"},
+    {.key = "poisson_ratio",
+     .range = open(-1, 0.5),
+     .default_value = 0.25,
+     .doc = "Poisson's ratio: how much a stretched bar thins; 0.5 would keep its volume"},
 };
 enum Varying { kYoungsModulus };
 

@@ -16,23 +16,24 @@ using namespace perimpm;
 using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus"},
-    {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "family radius delta / h"},
+    {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus, the stiffness in tension"},
+    {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"},
     {.key = "calibration",
      .kind = ParamKind::choice,
      .default_text = "lattice",
      .choices = "lattice|continuum",
-     .doc = "micromodulus from the discrete family (3) or from the continuum (2)"},
+     .doc = "bond stiffness that meets youngs_modulus on the particles' lattice, or for infinitely many particles"},
     {.key = "surface",
      .kind = ParamKind::choice,
      .default_text = "family",
      .choices = "none|family",
-     .doc = "what (3) sums over: the full lattice, or each particle's own family"},
+     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves "
+            "them soft"},
     {.key = "volume_correction",
      .kind = ParamKind::choice,
      .default_text = "none",
      .choices = "none|linear",
-     .doc = "partial volumes of neighbours at the rim, (4)"},
+     .doc = "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside"},
 };
 enum ParticleState { kMicromodulus };
 constexpr FieldSpec kParticleState[] = {{.name = "micromodulus", .unit = "N/m^6", .doc = "c of the particle's family"}};

@@ -9,7 +9,9 @@ using namespace perimpm;
 using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "critical_stretch", .range = above(0), .doc = "s0 in (1)"},
+    {.key = "critical_stretch",
+     .range = above(0),
+     .doc = "a bond breaks when it is longer than 1 + this, times its length at the start"},
     {.key = "interval",
      .kind = ParamKind::integer,
      .unit = "steps",

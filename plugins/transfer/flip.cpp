@@ -11,7 +11,10 @@ using namespace perimpm;
 constexpr ParamSpec kParams[] = {
     bspline::kOrder,
     bspline::kDivergence,
-    {.key = "blend", .range = closed(0, 1), .default_value = 0.99, .doc = "b in (2): share of FLIP, the rest is PIC"},
+    {.key = "blend",
+     .range = closed(0, 1),
+     .default_value = 0.99,
+     .doc = "share of FLIP, which keeps motion; the rest is PIC, which calms it"},
 };
 
 struct Scheme {

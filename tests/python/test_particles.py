@@ -48,6 +48,51 @@ def test_writing_changes_the_simulation(box: dict[str, Any]) -> None:
     assert sim.ledger.momentum[2] == pytest.approx(3.0 * 1000.0 * 0.6**3, rel=1e-5)
 
 
+@pytest.mark.parametrize("transfer", ["apic", "particle"])
+def test_looking_changes_no_bit_and_costs_no_pass(
+    transfer: str, box: dict[str, Any], bonded: dict[str, Any], request: pytest.FixtureRequest
+) -> None:
+    tree = box
+    if transfer == "particle":
+        tree = bonded | {"transfer": {"type": "particle"}}
+        del tree["grid"]
+        tree["output"] = {"fields": ["x"]}
+    else:
+        tree["material"]["rubber"]["constitutive"] = {"type": "fixed_corotated", "youngs_modulus": 1e5}
+    tree["simulation"]["gravity"] = [0.0, 0.0, 0.0]
+    tree["body"][0]["initial_angular_velocity"] = [3.0, 2.0, 1.0]
+    alone, watched = perimpm.Simulation(tree, threads=1), perimpm.Simulation(tree, threads=1)
+    kept = watched.particles["x"]
+    for _ in range(60):
+        alone.step()
+        watched.particles["v"].sum() + watched.particles["x"].sum() + kept.sum()
+        watched.step()
+    assert alone.time == watched.time
+    for name in ("x", "v"):
+        assert alone.particles.by_id(name).tobytes() == watched.particles.by_id(name).tobytes()
+    calls = [{p.name: p.calls for p in sim.pass_times} for sim in (alone, watched)]
+    assert calls[0] == calls[1]
+
+
+def test_written_velocities_set_the_next_step(box: dict[str, Any]) -> None:
+    """dt = safety * courant dx / (c + |v|): ten times the wave speed leaves an eleventh of the step."""
+    box["body"][0]["initial_velocity"] = [0.0, 0.0, 0.0]
+    sim = perimpm.Simulation(box)
+    rest = sim.step()
+    v = sim.particles["v"]
+    v[:, 0] = 10 * sim.plan.materials[0].wave_speed
+    assert sim.step() == pytest.approx(rest / 11, rel=1e-2)  # gravity had one step to add speed
+
+
+@pytest.mark.parametrize("name", ["x", "v"])
+def test_a_written_nan_names_its_particle(name: str, box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    row = int(np.flatnonzero(sim.particles["id"] == 77)[0])
+    sim.particles[name][row, 2] = np.nan
+    with pytest.raises(perimpm.SimulationError, match=f"'{name}' of particle 77 is not finite: component z"):
+        sim.step()
+
+
 def test_moved_particles_are_sorted_anew(box: dict[str, Any]) -> None:
     box["simulation"]["gravity"] = [0.0, 0.0, 0.0]
     sim = perimpm.Simulation(box)

@@ -79,12 +79,58 @@ def test_render(box: dict[str, Any], tmp_path: Path) -> None:
 
 
 @needs_gl
+def test_colliders_stand_where_they_are() -> None:
+    """A quarter turn about the pivot (1, 0, 0) and a move along y: the corner (2, 0, 0) goes to (1, 3, -1)."""
+    from perimpm.scenery import obstacles
+
+    shape = {"type": "box", "min": [0, 0, 0], "max": [2, 1, 1]}
+    moving = {"velocity": [0, 1, 0], "angular_velocity": [0, np.pi / 6, 0], "pivot": [1, 0, 0], "shape": shape}
+    floor = {"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}}
+    wall = {"shape": {"type": "plane", "point": [0, 0, 0], "normal": [1, 0, 0]}}
+    found = obstacles({"collider": [floor, moving, wall]}, np.zeros(3), np.ones(3))
+    assert [o.bounded for o in found] == [True, False]  # the floor is the stage's own
+    assert found[0].placement(3.0) @ [2, 0, 0, 1] == pytest.approx([1, 3, -1, 1])
+    found[0].cover(0.05)
+    covered = found[0].points(0.0)
+    assert covered.min(axis=0) == pytest.approx([0, 0, 0], abs=0.02) and covered.max(axis=0) == pytest.approx([2, 1, 1], abs=0.02)
+
+
+@needs_gl
+@pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
+def test_colliders_are_drawn(kind: str, box: dict[str, Any], tmp_path: Path) -> None:
+    """A grey body in front of the backdrop covers what was seen there."""
+    from PIL import Image
+
+    low, high = [-0.3, 0.2, 0.5], [0.3, 0.8, 0.9]
+    bunny = str(Path(__file__).parents[2] / "scenes" / "assets" / "bunny.obj")
+    shapes: dict[str, dict[str, Any]] = {
+        "sphere": {"center": [0, 0.4, 0.8], "radius": 0.3},
+        "box": {"min": low, "max": high},
+        "cylinder": {"start": [-0.4, 0.4, 0.8], "end": [0.4, 0.4, 0.8], "radius": 0.2},
+        "mesh": {"file": bunny, "scale": 4, "translation": [0, 0.1, 0.8]},
+    }
+    box["collider"] = [{"shape": {"type": kind, **shapes[kind]}}]
+    perimpm.Simulation(box).run(frames=1, output=tmp_path)
+    pictures = []
+    for _ in range(2):
+        assert main(["render", str(tmp_path), "--size", "320x180"]) == 0
+        pictures.append(np.asarray(Image.open(tmp_path / "pictures" / "frame.0001.png")).astype(int))
+        record = tmp_path / "run.json"
+        record.write_text(record.read_text().replace('"collider"', '"no collider"'))
+    changed = np.abs(pictures[0] - pictures[1]).max(axis=2) > 25
+    assert changed.mean() > 0.02
+
+
+@needs_gl
 def test_unknown_field_and_empty_folder(box: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", str(tmp_path)]) == 2
     assert "no frames" in capsys.readouterr().err
     perimpm.Simulation(box).run(frames=1, output=tmp_path)
     assert main(["render", str(tmp_path), "--color", "J"]) == 2
-    assert "no field 'J'" in capsys.readouterr().err
+    shown = capsys.readouterr().err
+    assert "no field 'J'" in shown and "Add it" not in shown and "F, " in shown
+    assert main(["render", str(tmp_path), "--color", "C"]) == 2
+    assert "Add it to output.fields" in capsys.readouterr().err
     assert main(["render", str(tmp_path), "--frames", "7"]) == 2
     assert "none of the frames" in capsys.readouterr().err
 

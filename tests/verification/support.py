@@ -1,4 +1,4 @@
-"""Scenes and sums that the verification tests share. SI units throughout."""
+"""Waves and sums that the verification tests share. SI units throughout."""
 
 from __future__ import annotations
 
@@ -7,52 +7,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from trees import LOCAL, Tree, box, scene
 
 import perimpm
 
 Array = npt.NDArray[np.float64]
-Tree = dict[str, Any]
-
-LOCAL: Tree = {"type": "fixed_corotated", "youngs_modulus": 1e5, "poisson_ratio": 0.25}
-PD_ELASTIC: Tree = {"type": "pd_elastic", "youngs_modulus": 1e5}
-PD_BOND: Tree = {"type": "pd_bond", "youngs_modulus": 1e5}
-
-
-def box(low: Any, high: Any) -> Tree:
-    return {"type": "box", "min": [float(c) for c in low], "max": [float(c) for c in high]}
-
-
-def scene(
-    law: Tree | dict[str, Tree],
-    shapes: Tree | list[tuple[str, Tree]],
-    spacing: float,
-    *,
-    dx: float | None = None,
-    transfer: Tree | None = None,
-    density: float = 1000.0,
-    gravity: Any = (0.0, 0.0, 0.0),
-    dt: float | str = "auto",
-    precision: str = "double",
-    **more: Any,
-) -> Tree:
-    """A scene without gravity, in double. `law`: one law, for the material "m", or laws by material. `shapes`: one
-    shape, or (material, shape) of each body. `spacing`: of particles; `dx`: of the grid, twice that by default."""
-    laws = {"m": law} if "type" in law else law
-    bodies = [("m", shapes)] if isinstance(shapes, dict) else shapes
-    transfer = transfer or {"type": "apic"}
-    tree: Tree = {
-        "format": 1,
-        "simulation": {"end_time": 1.0, "gravity": list(gravity), "dt": dt, "precision": precision},
-        "transfer": transfer,
-        "material": {name: {"density": density, "constitutive": one} for name, one in laws.items()},
-        "body": [{"material": name, "shape": shape, "particle_spacing": spacing} for name, shape in bodies],
-        "output": {"formats": []},
-    }
-    if transfer["type"] != "particle":
-        tree["grid"] = {"spacing": dx or 2 * spacing}
-    return tree | more
-
-
 def momentum_scale(sim: perimpm.Simulation) -> float:
     """sum m |v| [kg m/s]."""
     return float(np.sum(sim.particles["mass"] * np.linalg.norm(sim.particles["v"], axis=1)))

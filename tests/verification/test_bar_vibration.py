@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from support import Array, Tree, box, scene
+from support import Array
+from trees import Tree, box, scene
 
 import perimpm
 

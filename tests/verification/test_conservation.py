@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import LOCAL, PD_BOND, PD_ELASTIC, Array, Tree, box, drift, energy, momentum_scale, scene
+from support import Array, drift, energy, momentum_scale
+from trees import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

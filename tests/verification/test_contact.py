@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, drift, momentum_scale, scene
+from support import drift, momentum_scale
+from trees import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

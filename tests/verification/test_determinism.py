@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
+from trees import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

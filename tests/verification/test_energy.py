@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import PD_BOND, PD_ELASTIC, Array, Tree, box, energy, free_slab, scene
+from support import Array, energy, free_slab
+from trees import PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

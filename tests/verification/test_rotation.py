@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from support import PD_BOND, PD_ELASTIC, Tree, box, rotation, scene
+from support import rotation
+from trees import PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
+from trees import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene
 
 import perimpm
 

@@ -9,7 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support import Tree, Wave, fixed_slab, free_slab
+from support import Wave, fixed_slab, free_slab
+from trees import Tree
 
 COURANT = 0.1
 QUADRATIC: Tree = {"type": "apic", "order": 2}

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -15,28 +14,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kEnergyHeader = "time,kinetic,elastic,potential,total,px,py,pz,lx,ly,lz\n";
+constexpr std::size_t kTotalColumn = 4;
+constexpr const char* kEnergyHeader = "time,kinetic,elastic,potential,total,dissipated,px,py,pz,lx,ly,lz\n";
 
-/// Numbers as the shortest text that reads back to the same value.
-std::string energy_row(const Ledger& l) {
-    const double total = l.kinetic + l.elastic + l.potential;
-    return fmt::format("{},{},{},{},{},{},{}\n", l.time, l.kinetic, l.elastic, l.potential, total,
-                       fmt::join(l.momentum, ","), fmt::join(l.angular_momentum, ","));
+double total_energy(const Ledger& l) { return l.kinetic + l.elastic + l.potential; }
+
+/// Numbers as the shortest text that reads back to the same value. first_total: of the first row [J].
+std::string energy_row(const Ledger& l, double first_total) {
+    const double total = total_energy(l);
+    return fmt::format("{},{},{},{},{},{},{},{}\n", l.time, l.kinetic, l.elastic, l.potential, total,
+                       first_total - total, fmt::join(l.momentum, ","), fmt::join(l.angular_momentum, ","));
 }
 
-/// The rows of an energy.csv written before `time`, so that a continued run keeps them.
-std::string energy_before(const std::string& path, double time) {
-    std::string kept = kEnergyHeader;
-    std::ifstream file(path);
-    std::string line;
-    std::getline(file, line);
-    while (std::getline(file, line)) {
-        double row_time = 0;
-        const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), row_time);
-        if (error != std::errc() || row_time >= time) break;
-        kept += line + "\n";
-    }
-    return kept;
+/// A number of a row; absent when there is none.
+std::optional<double> column(const std::string& row, std::size_t index) {
+    std::size_t begin = 0;
+    for (; index > 0 && begin != std::string::npos; --index) begin = row.find(',', begin) + 1;
+    double value = 0;
+    const auto [end, error] = std::from_chars(row.data() + begin, row.data() + row.size(), value);
+    return error == std::errc() ? std::optional{value} : std::nullopt;
 }
 
 /// Number of a file "frame.<digits>.h5", 0 for any other name.
@@ -61,44 +57,12 @@ void prepare_folder(const std::string& folder, std::uint32_t first) {
     }
 }
 
-FrameField::Type frame_type(FieldView::Type type) {
-    switch (type) {
-        case FieldView::Type::float32:
-            return FrameField::Type::float32;
-        case FieldView::Type::float64:
-            return FrameField::Type::float64;
-        case FieldView::Type::uint32:
-            break;
-    }
-    return FrameField::Type::uint32;
-}
-
-/// Rows of a field in the order of `ids` (slot i holds particle ids[i]).
-FrameField copy_field(const FieldView& view, const std::uint32_t* ids) {
-    const std::size_t width = view.type == FieldView::Type::float64 ? 8 : 4;
-    FrameField field{view.name,
-                     view.unit,
-                     "core",
-                     static_cast<std::uint32_t>(view.components),
-                     frame_type(view.type),
-                     std::vector<std::byte>(view.size * view.components * width)};
-    const auto* from = static_cast<const std::byte*>(view.data);
-    for (std::size_t i = 0; i < view.size; ++i)
-        for (std::size_t c = 0; c < view.components; ++c)
-            std::memcpy(field.data.data() + (ids[i] * view.components + c) * width,
-                        from + (c * view.stride + i) * width, width);
-    return field;
-}
-
 /// The output frame and, beyond the scene's choice, every other field that all particles have.
 Frame whole_state(const Simulation& simulation, std::uint32_t number) {
-    Frame frame = simulation.frame(number);
-    const auto* ids = static_cast<const std::uint32_t*>(simulation.field("id").data);
-    for (const std::string& name : simulation.fields()) {
-        const bool present = std::ranges::any_of(frame.fields, [&](const FrameField& f) { return f.name == name; });
-        if (!present) frame.fields.push_back(copy_field(simulation.field(name), ids));
-    }
-    return frame;
+    std::vector<std::string> names = simulation.scene().output.fields;
+    for (const std::string& name : simulation.fields())
+        if (std::ranges::count(names, name) == 0) names.push_back(name);
+    return simulation.frame(number, names);
 }
 
 }  // namespace
@@ -107,22 +71,38 @@ RunRecord::RunRecord(const Simulation& simulation, const RunOptions& options, st
     : simulation_{simulation}, options_{options}, last_frame_{first - 1} {
     if (silent()) return;
     prepare_folder(options.folder, first);
-    energy_ = energy_before(path("energy.csv"), simulation.time());
+    keep_energy_before(simulation.time());
+    head_ = run_head(simulation, options);
     if (std::ranges::count(simulation.scene().output.formats, "hdf5") > 0) writer_ = make_hdf5_writer(options.folder);
+}
+
+void RunRecord::keep_energy_before(double time) {
+    energy_ = kEnergyHeader;
+    std::ifstream file(path("energy.csv"));
+    std::string row;
+    if (!std::getline(file, row) || row + "\n" != kEnergyHeader) return;  // none, or of another layout
+    while (std::getline(file, row)) {
+        const auto row_time = column(row, 0), total = column(row, kTotalColumn);
+        if (!row_time || !total || *row_time >= time) return;
+        if (!first_total_) first_total_ = total;
+        energy_ += row + "\n";
+    }
 }
 
 void RunRecord::frame(std::uint32_t number) {
     last_frame_ = number;
     if (silent()) return;
     if (writer_) writer_->write(simulation_.frame(number));
-    energy_ += energy_row(simulation_.ledger());
+    const Ledger ledger = simulation_.ledger();
+    if (!first_total_) first_total_ = total_energy(ledger);
+    energy_ += energy_row(ledger, *first_total_);
     write_text_file(path("energy.csv"), energy_);
     status("running");
 }
 
 void RunRecord::status(const std::string& status, const std::string& error) {
     if (silent()) return;
-    write_text_file(path("run.json"), run_json(simulation_, options_, last_frame_, status, error));
+    write_text_file(path("run.json"), run_json(head_, simulation_, last_frame_, status, error));
 }
 
 void RunRecord::failed(const std::string& error) {

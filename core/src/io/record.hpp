@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "perimpm/io/run.hpp"
@@ -22,17 +24,23 @@ public:
 
 private:
     bool silent() const { return options_.folder.empty(); }
+    /// Takes over the rows of energy.csv before `time`, so that a continued run keeps them.
+    void keep_energy_before(double time);
     std::string path(const char* name) const { return options_.folder + "/" + name; }
 
     const Simulation& simulation_;
     const RunOptions& options_;
     std::uint32_t last_frame_ = 0;
-    std::string energy_;  ///< energy.csv so far
+    std::string energy_;                 ///< energy.csv so far
+    std::optional<double> first_total_;  ///< total energy of its first row [J]
+    nlohmann::ordered_json head_;        ///< what run.json says from start to end
     std::unique_ptr<FrameWriter> writer_;
 };
 
-/// run.json: the resolved scene, versions, sizes and the time of every pass.
-std::string run_json(const Simulation& simulation, const RunOptions& options, std::uint32_t last_frame,
+/// The lasting part of run.json: versions, seeds, sizes, the resolved scene.
+nlohmann::ordered_json run_head(const Simulation& simulation, const RunOptions& options);
+/// run.json: how far the run is and the time of every pass, then the lasting part.
+std::string run_json(const nlohmann::ordered_json& head, const Simulation& simulation, std::uint32_t last_frame,
                      const std::string& status, const std::string& error);
 
 }  // namespace perimpm

@@ -1,7 +1,9 @@
 #include <tbb/info.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/versions.hpp"
 #include "record.hpp"
 
 namespace perimpm {
@@ -40,25 +42,51 @@ Json passes_json(const Simulation& simulation) {
     return list;
 }
 
+/// Of the bodies whose points are drawn at random.
+Json seeds_json(const Scene& scene) {
+    Json seeds = Json::object();
+    for (const BodySpec& body : scene.bodies)
+        if (body.poisson) seeds[body.name] = body.seed;
+    return seeds;
+}
+
+Json versions_json(const Simulation& simulation, const RunOptions& options) {
+    std::vector<std::string> modules;
+    const auto& libraries = simulation.plan().libraries;
+    if (std::ranges::count(simulation.scene().output.formats, "hdf5") > 0) modules.emplace_back("hdf5");
+    if (std::ranges::count(libraries, "module/mesh") > 0) modules.emplace_back("mesh");
+    Json list = Json::object();
+    for (const auto& [name, version] : versions(modules)) list[name] = version;
+    for (const auto& [name, version] : options.versions) list[name] = version;
+    return list;
+}
+
 }  // namespace
 
-std::string run_json(const Simulation& simulation, const RunOptions& options, std::uint32_t last_frame,
-                     const std::string& status, const std::string& error) {
+Json run_head(const Simulation& simulation, const RunOptions& options) {
     const Scene& scene = simulation.scene();
-    Json json = {{"perimpm", PERIMPM_VERSION},
+    return {{"frame_rate", scene.simulation.frame_rate},
+            {"particles", simulation.particle_count()},
+            {"precision", scene.simulation.precision == Precision::double_ ? "double" : "float"},
+            {"threads", options.threads > 0 ? options.threads : tbb::info::default_concurrency()},
+            {"seeds", seeds_json(scene)},
+            {"fields", simulation.frame_fields()},
+            {"materials", materials_json(simulation.plan())},
+            {"libraries", simulation.plan().libraries},
+            {"versions", versions_json(simulation, options)},
+            {"scene", Json::parse(resolved_scene(scene).to_json())}};
+}
+
+std::string run_json(const Json& head, const Simulation& simulation, std::uint32_t last_frame,
+                     const std::string& status, const std::string& error) {
+    Json json = {{"perimpm", head["versions"]["perimpm"]},
                  {"status", status},
                  {"frames", last_frame},
-                 {"frame_rate", scene.simulation.frame_rate},
                  {"time", simulation.time()},
-                 {"steps", simulation.steps()},
-                 {"particles", simulation.particle_count()},
-                 {"precision", scene.simulation.precision == Precision::double_ ? "double" : "float"},
-                 {"threads", options.threads > 0 ? options.threads : tbb::info::default_concurrency()},
-                 {"materials", materials_json(simulation.plan())},
-                 {"passes", passes_json(simulation)},
-                 {"libraries", simulation.plan().libraries},
-                 {"scene", Json::parse(scene.source.to_json())}};
+                 {"steps", simulation.steps()}};
     if (!error.empty()) json["error"] = error;
+    json.update(head);
+    json["passes"] = passes_json(simulation);
     return json.dump(2) + "\n";
 }
 

@@ -45,6 +45,16 @@ std::string expected_words(const ParamSpec& spec) {
     return (spec.kind == ParamKind::choice ? " " : " or one of ") + words;
 }
 
+/// For the two usual slips: a model or shape named by its bare type, and one bracket too few.
+std::string remedy(const Value& value, const ParamSpec& spec) {
+    const bool takes_type = std::string_view{spec.doc}.starts_with("{ type");
+    if (spec.kind == ParamKind::table && takes_type && std::holds_alternative<std::string>(value.data))
+        return fmt::format("\n  write {} = {{ type = {}, ... }}", spec.key, value.to_toml());
+    if (spec.kind == ParamKind::list && value.is_table())
+        return fmt::format("\n  write [[{0}]], with two brackets, above the keys of each {0}", spec.key);
+    return "";
+}
+
 std::string describe(const Range& range, const std::string& unit) {
     std::string low, high;
     if (std::isfinite(range.low)) low = fmt::format("{} {}{}", range.low_open ? "above" : "at least", range.low, unit);
@@ -59,6 +69,8 @@ std::string unit_note(const ParamSpec& spec) {
     return carries_number(spec) && std::string_view{spec.unit} != "1" ? fmt::format(" [{}]", spec.unit) : "";
 }
 
+bool has_default(const ParamSpec& spec) { return spec.default_text != nullptr || !std::isnan(spec.default_value); }
+
 std::vector<std::string> split_choices(const char* choices) {
     std::vector<std::string> words;
     std::istringstream stream{choices};
@@ -68,9 +80,10 @@ std::vector<std::string> split_choices(const char* choices) {
 
 void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what) {
     const bool is_leaf = !value.is_table() && !value.is_list();
-    throw InputError{value.place.text(), fmt::format("'{}' in {} must be {}{}{}, got {}{}", spec.key, what,
-                                                     expected_kind(spec), expected_words(spec), unit_note(spec),
-                                                     value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "")};
+    throw InputError{
+        value.place.text(),
+        fmt::format("'{}' in {} must be {}{}{}, got {}{}{}", spec.key, what, expected_kind(spec), expected_words(spec),
+                    unit_note(spec), value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "", remedy(value, spec))};
 }
 
 double require_number(const Value& value, const ParamSpec& spec, const std::string& what) {

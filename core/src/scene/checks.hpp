@@ -11,6 +11,9 @@ namespace perimpm {
 /// " [Pa]", or "" for dimensionless keys and keys without a number.
 std::string unit_note(const ParamSpec& spec);
 
+/// Whether a key that is absent has a value all the same.
+bool has_default(const ParamSpec& spec);
+
 /// "a|b|c" as a list.
 std::vector<std::string> split_choices(const char* choices);
 

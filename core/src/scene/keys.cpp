@@ -13,7 +13,7 @@ constexpr ParamSpec kSceneTable[] = {
     {.key = "title", .kind = text, .default_text = "", .doc = "shown in reports"},
     {.key = "simulation", .kind = table, .doc = "duration and time step"},
     {.key = "grid", .kind = table, .optional = true, .doc = "background grid and domain"},
-    {.key = "transfer", .kind = table, .doc = "how particles move: through the grid or by themselves"},
+    {.key = "transfer", .kind = table, .doc = "{ type = transfer plugin, its parameters }: how particles move"},
     {.key = "material", .kind = table, .doc = "materials by name, written [material.NAME]"},
     {.key = "body", .kind = list, .optional = true, .doc = "solids, each written [[body]]; at least one"},
     {.key = "collider", .kind = list, .optional = true, .doc = "rigid obstacles, each written [[collider]]"},
@@ -155,8 +155,8 @@ constexpr ParamSpec kRampTable[] = {
     {.key = "end", .kind = vector, .unit = "m", .doc = "where the ramp ends"},
 };
 
-SectionDoc section(const char* name, const char* doc, std::span<const ParamSpec> keys) {
-    return {name, doc, {keys.begin(), keys.end()}};
+SectionDoc section(const char* topic, const char* name, const char* doc, std::span<const ParamSpec> keys) {
+    return {topic, name, doc, {keys.begin(), keys.end()}};
 }
 
 }  // namespace
@@ -180,21 +180,22 @@ constinit const std::span<const ParamSpec> kMesh = kMeshTable;
 
 std::vector<SectionDoc> scene_reference() {
     return {
-        section("scene", "top level; all quantities in SI units, Y up", kSceneTable),
-        section("[simulation]", "duration, frames and time step", kSimulationTable),
-        section("[grid]", "background grid", kGridTable),
-        section("domain = { ... }", "in [grid]", kDomainTable),
-        section("faces = { ... }", "in a domain", kFacesTable),
-        section("[material.NAME]", "one solid material", kMaterialTable),
-        section("{ from, to, start, end }", "a ramp, in place of a number that may vary per particle", kRampTable),
-        section("[[body]]", "one solid made of particles", kBodyTable),
-        section("[[collider]]", "one rigid obstacle", kColliderTable),
-        section("shape = { type = \"box\" }", "box along the axes", kBoxTable),
-        section("shape = { type = \"sphere\" }", "ball", kSphereTable),
-        section("shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
-        section("shape = { type = \"plane\" }", "half space below a plane; colliders only", kPlaneTable),
-        section("shape = { type = \"mesh\" }", "solid inside a mesh", kMeshTable),
-        section("[output]", "frames", kOutputTable),
+        section("scene", "top level", "all quantities in SI units, Y up", kSceneTable),
+        section("simulation", "[simulation]", "duration, frames and time step", kSimulationTable),
+        section("grid", "[grid]", "background grid", kGridTable),
+        section("domain", "domain = { ... }", "in [grid]", kDomainTable),
+        section("faces", "faces = { ... }", "in a domain", kFacesTable),
+        section("material", "[material.NAME]", "one solid material", kMaterialTable),
+        section("ramp", "{ from, to, start, end }", "a ramp, in place of a number that may vary per particle",
+                kRampTable),
+        section("body", "[[body]]", "one solid made of particles", kBodyTable),
+        section("collider", "[[collider]]", "one rigid obstacle", kColliderTable),
+        section("box", "shape = { type = \"box\" }", "box along the axes", kBoxTable),
+        section("sphere", "shape = { type = \"sphere\" }", "ball", kSphereTable),
+        section("cylinder", "shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
+        section("plane", "shape = { type = \"plane\" }", "half space below a plane; colliders only", kPlaneTable),
+        section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh", kMeshTable),
+        section("output", "[output]", "what the folder of a run holds besides run.json and energy.csv", kOutputTable),
     };
 }
 

@@ -16,8 +16,6 @@ namespace {
 /// Largest integer up to which every integer is a double: values reach plugins as double.
 constexpr std::int64_t kLargestInteger = std::int64_t{1} << 53;
 
-bool has_default(const ParamSpec& spec) { return spec.default_text != nullptr || !std::isnan(spec.default_value); }
-
 /// Texts of choices must match; other kinds take one of their words instead of a value.
 bool read_word(const Value& value, const ParamSpec& spec, const std::string& what, ParamValue& out) {
     const auto* text = std::get_if<std::string>(&value.data);

@@ -21,9 +21,15 @@ const Value& section(const Reader& scene, const char* key) {
     return value ? *value : kEmptyTable;
 }
 
-/// Comes before everything else, so that a scene of a later format is not judged by this format's keys.
+/// Comes before everything else, so that a file that is no scene is not judged key by key, nor a scene of a later format
+/// by this format's keys.
 void require_known_format(const Value& tree) {
     const Value* format = tree.find("format");
+    if (!format) {
+        throw InputError{tree.place.text(),
+                         "missing key 'format' in the scene: the version of the scene format\n  write format = 1 above "
+                         "the first [table] of the scene"};
+    }
     const auto* number = format ? std::get_if<std::int64_t>(&format->data) : nullptr;
     if (number && *number != 1) {
         throw InputError{format->place.text(),

@@ -86,6 +86,8 @@ void check_shape(const Value& shape, const std::string& owner, const std::string
     kind.check(read_shape(shape, kind, what), folder);
 }
 
+std::span<const ParamSpec> shape_keys(const Value& shape) { return kind_of(shape, "shape").keys; }
+
 ShapePtr build_shape(const Value& shape, const std::string& folder, double voxel_size) {
     const Kind& kind = kind_of(shape, "shape");
     const Reader reader = read_shape(shape, kind, "shape");

@@ -59,6 +59,33 @@ Value convert(const toml::node& node, const Place& place) {
     return value;
 }
 
+/// What to do about the parser's complaint; the first entry whose words it holds counts.
+struct Remedy {
+    const char *complaint, *advice;
+};
+constexpr Remedy kRemedies[] = {
+    {"control characters", "a text in this line has no closing quote"},
+    {"string: encountered end-of-file", "a text has no closing quote"},
+    {"escape sequence", "a backslash in a text is written twice, or the text stands in 'single quotes'"},
+    {"could not determine value type", "a text needs quotes, as in type = \"apic\"; a number stands alone"},
+    {"expected value", "a value is missing behind the ="},
+    {"expected '='", "a key is followed by = and its value"},
+    {"boolean", "true and false are written in small letters"},
+    {"table header: expected ']'", "close the brackets: [simulation], or [[body]] for an entry of a list"},
+    {"cannot redefine existing table", "a section stands once; bodies and colliders take two brackets: [[body]]"},
+    {"cannot redefine", "a key is given once"},
+    {"inline table", "a table { ... } ends in the line where it begins, with commas between its keys"},
+    {"array", "a list [ ... ] has commas between its values and ends with ]"},
+    {"expected a comment or whitespace", "one key in a line; decimals take a point, as in 0.5"},
+    {"expected decimal digit", "a number begins and ends with a digit, as in 0.5 or 1.0"},
+};
+
+std::string with_remedy(const std::string& complaint) {
+    for (const Remedy& remedy : kRemedies)
+        if (complaint.find(remedy.complaint) != std::string::npos) return complaint + "\n  " + remedy.advice;
+    return complaint;
+}
+
 }  // namespace
 
 Value parse_scene_text(const std::string& text, const std::string& name) {
@@ -68,7 +95,7 @@ Value parse_scene_text(const std::string& text, const std::string& name) {
         set_path(root, "");
         return root;
     } catch (const toml::parse_error& e) {
-        throw InputError{place_of(e.source(), name).text(), std::string{e.description()}};
+        throw InputError{place_of(e.source(), name).text(), with_remedy(std::string{e.description()})};
     }
 }
 

@@ -1,6 +1,7 @@
 #include "step/sampling.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,37 @@ namespace {
 /// Radius of a maximal Poisson-disk set with as many points as a lattice of spacing 1: such sets hold about 0.75/r^3
 /// points.
 constexpr double kPoissonRadius = 0.91;
+
+/// Memory that a particle takes at least: two copies of its sample point, x, v, C, F, mass, volume, id [bytes].
+constexpr double kBytesPerParticle = 150;
+constexpr int kProbes = 32;  ///< along each axis of a shape's bounds
+
+/// Number of particles that a shape will hold, from its bounds and a coarse look at what they enclose.
+double expected_count(const Shape& shape, double spacing) {
+    const Box3 box = shape.bounds();
+    int inside = 0;
+    for (int k = 0; k < kProbes; ++k)
+        for (int j = 0; j < kProbes; ++j)
+            for (int i = 0; i < kProbes; ++i) {
+                const Vec3 share = (Vec3(i, j, k) + Vec3::Constant(0.5)) / kProbes;
+                inside += shape.signed_distance(box.min() + share.cwiseProduct(box.sizes())) < 0;
+            }
+    return box.volume() / std::pow(spacing, 3) * inside / std::pow(kProbes, 3);
+}
+
+/// Before any particle is made, so that a slip in a spacing is answered at once. count: of all bodies so far.
+void refuse_too_many(const BodySpec& body, double spacing, double count) {
+    const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+    if (count * kBytesPerParticle <= memory) return;
+    const Value* key = body.source.find(body.particle_spacing ? "particle_spacing" : "particles_per_cell");
+    throw InputError(
+        (key ? *key : body.source).place.text(),
+        fmt::format(
+            "body '{}' with particles {:g} m apart brings the scene to about {:.2g} particles, which take {:.2g} "
+            "GB or more; this machine has {:.2g} GB: use a larger {}",
+            body.name, spacing, count, 1e-9 * count * kBytesPerParticle, 1e-9 * memory,
+            body.particle_spacing ? "particle_spacing" : "grid.spacing"));
+}
 
 void check_inside_domain(const Scene& scene, const BodySample& s) {
     if (!scene.grid.bounded) return;
@@ -36,11 +68,12 @@ void check_inside_domain(const Scene& scene, const BodySample& s) {
 
 std::vector<BodySample> sample_bodies(const Scene& scene) {
     std::vector<BodySample> samples;
+    double expected = 0;
     for (const BodySpec& body : scene.bodies) {
         BodySample s{.spec = &body, .points = {}, .center = Vec3::Zero(), .spacing = 0, .particle_volume = 0};
-        s.spacing =
-            body.particle_spacing ? *body.particle_spacing : scene.grid.spacing / std::cbrt(body.particles_per_cell);
+        s.spacing = body.spacing(scene.grid);
         const ShapePtr shape = build_shape(body.shape, scene.folder, 0.5 * s.spacing);
+        refuse_too_many(body, s.spacing, expected += expected_count(*shape, s.spacing));
         s.points = body.poisson ? sample_poisson(*shape, kPoissonRadius * s.spacing, body.seed)
                                 : sample_lattice(*shape, s.spacing);
         if (s.points.empty())

@@ -1,5 +1,7 @@
 #include "perimpm/step/simulation.hpp"
 
+#include <utility>
+
 #include "perimpm/error.hpp"
 #include "step/world.hpp"
 
@@ -12,8 +14,10 @@ public:
     virtual const Scene& scene() const = 0;
     virtual Ledger ledger() = 0;
     virtual std::vector<FieldView> fields(const std::string& material) = 0;
-    virtual Frame frame(std::uint32_t number) = 0;
+    virtual std::vector<std::string> frame_fields() = 0;
+    virtual Frame frame(std::uint32_t number, const std::vector<std::string>& names) = 0;
     virtual void positions_changed() = 0;
+    virtual void velocities_changed() = 0;
     virtual double time() const = 0;
     virtual std::uint64_t steps() const = 0;
     virtual std::uint64_t generation() const = 0;
@@ -27,11 +31,14 @@ public:
     EngineOf(Scene scene, int threads) : w_{std::move(scene), threads} {
         build_world(w_);
         plan = make_plan(w_);
-        make_frame(w_, 1);  // refuses output fields that this scene does not have
+        plan.warnings = starting_overlaps(w_);
+        make_frame(w_, 1, w_.scene.output.fields);  // refuses output fields that this scene does not have
     }
 
     /// One step of the method; the numbers are those of the paper's list (section 3).
     double step(double longest) override {
+        if (std::exchange(positions_written_, false)) accept_positions(w_);
+        if (std::exchange(velocities_written_, false)) accept_velocities(w_);
         w_.dt = choose_time_step(w_, longest);
         if (w_.transfer_needs.grid)
             grid_step();
@@ -46,8 +53,12 @@ public:
     const Scene& scene() const override { return w_.scene; }
     Ledger ledger() override { return take_ledger(w_); }
     std::vector<FieldView> fields(const std::string& material) override { return list_fields(w_, material); }
-    Frame frame(std::uint32_t number) override { return make_frame(w_, number); }
-    void positions_changed() override { w_.drift = w_.spacing(), w_.forces_known = false; }
+    std::vector<std::string> frame_fields() override { return list_frame_fields(w_); }
+    Frame frame(std::uint32_t number, const std::vector<std::string>& names) override {
+        return make_frame(w_, number, names);
+    }
+    void positions_changed() override { positions_written_ = true; }
+    void velocities_changed() override { velocities_written_ = true; }
     double time() const override { return w_.time; }
     std::uint64_t steps() const override { return w_.steps; }
     std::uint64_t generation() const override { return w_.generation; }
@@ -72,6 +83,7 @@ private:
     }
 
     World<Real> w_;
+    bool positions_written_ = false, velocities_written_ = false;
 };
 
 Simulation::Simulation(Scene scene, int threads) {
@@ -93,7 +105,12 @@ Ledger Simulation::ledger() const { return engine_->ledger(); }
 std::vector<PassTime> Simulation::pass_times() const { return engine_->pass_times(); }
 std::uint64_t Simulation::generation() const { return engine_->generation(); }
 void Simulation::positions_changed() { engine_->positions_changed(); }
-Frame Simulation::frame(std::uint32_t number) const { return engine_->frame(number); }
+void Simulation::velocities_changed() { engine_->velocities_changed(); }
+std::vector<std::string> Simulation::frame_fields() const { return engine_->frame_fields(); }
+Frame Simulation::frame(std::uint32_t number) const { return frame(number, scene().output.fields); }
+Frame Simulation::frame(std::uint32_t number, const std::vector<std::string>& names) const {
+    return engine_->frame(number, names);
+}
 
 std::vector<std::string> Simulation::fields(const std::string& material) const {
     std::vector<std::string> names;

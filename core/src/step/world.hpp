@@ -224,6 +224,17 @@ Plan make_plan(World<Real>& w);
 template <class Real>
 std::vector<FieldView> list_fields(World<Real>& w, const std::string& material);
 template <class Real>
-Frame make_frame(World<Real>& w, std::uint32_t number);
+std::vector<std::string> list_frame_fields(World<Real>& w);
+template <class Real>
+Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::string>& names);
+/// What a step must know after positions or velocities were written from outside. Throws SimulationError for a value
+/// that is not finite.
+template <class Real>
+void accept_positions(World<Real>& w);
+template <class Real>
+void accept_velocities(World<Real>& w);
+/// One message for every body with particles inside a collider at the start.
+template <class Real>
+std::vector<std::string> starting_overlaps(const World<Real>& w);
 
 }  // namespace perimpm

@@ -10,13 +10,17 @@
 
 namespace perimpm {
 
+/// What the numbers of a field are.
+enum class NumberType { float32, float64, uint32 };
+constexpr std::size_t bytes_of(NumberType type) { return type == NumberType::float64 ? 8 : 4; }
+
 /// One field of a frame, rows in the order of particle ids.
 struct FrameField {
     std::string name;
     std::string unit;
-    std::string source;        ///< who computes it, e.g. "apic" or "pd_elastic"
+    std::string source;        ///< who computes it: "core", or the model, e.g. "apic" or "pd_elastic"
     std::uint32_t components;  ///< 1, 3 or 9
-    enum class Type { float32, float64, uint32 } type;
+    NumberType type;
     std::vector<std::byte> data;  ///< rows x components
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -60,6 +61,11 @@ struct BodySpec {
     Vec3 velocity;          ///< [m/s]
     Vec3 angular_velocity;  ///< [rad/s] about the centre of mass
     Value source;           ///< the body's table, for messages
+
+    /// h [m]: as given, or that of `particles_per_cell` lattice points in a grid cell.
+    double spacing(const GridSpec& grid) const {
+        return particle_spacing ? *particle_spacing : grid.spacing / std::cbrt(particles_per_cell);
+    }
 };
 
 struct ColliderSpec {
@@ -95,12 +101,17 @@ struct Scene {
 /// Validates a tree. `folder`: where relative file names start. Throws InputError.
 PERIMPM_API Scene read_scene(Value tree, const std::string& folder);
 
+/// The scene's tree with the default of every key filled in and mesh files by absolute name: it reads back to the same
+/// scene from any folder. Defaults that a model refuses beside the keys given (they belong to another choice) stay out.
+PERIMPM_API Value resolved_scene(const Scene& scene);
+
 /// Builds a shape from its checked table; relative files start in `folder`; meshes get level sets of `voxel_size`.
 PERIMPM_API ShapePtr build_shape(const Value& shape, const std::string& folder, double voxel_size);
 
 /// A scene table with the keys it accepts; the reference page and `describe` come from these.
 struct SectionDoc {
-    std::string name;  ///< e.g. "[simulation]", "shape = { type = \"box\" }"
+    std::string topic;  ///< one word, e.g. "simulation", "box"
+    std::string name;   ///< as a scene writes it, e.g. "[simulation]", "shape = { type = \"box\" }"
     std::string doc;
     std::vector<ParamSpec> keys;
 };

@@ -42,6 +42,7 @@ struct Plan {
     std::uint64_t particles;
     std::vector<std::string> libraries;  ///< plugins and modules opened for this scene
     std::vector<Skipped> skipped;
+    std::vector<std::string> warnings;  ///< what is allowed but seldom meant, e.g. a body that starts inside a collider
 };
 
 }  // namespace perimpm

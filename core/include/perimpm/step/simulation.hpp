@@ -15,9 +15,10 @@ namespace perimpm {
 /// A particle field without a copy: component c of particle i is data[c * stride + i], in `bytes` per number.
 struct FieldView {
     std::string name, unit, doc;
+    std::string source;  ///< who computes it: "core", or the model
     void* data;
     std::size_t size, components, stride;
-    enum class Type { float32, float64, uint32 } type;
+    NumberType type;
 };
 
 /// Sums over all particles (SI). Angular momentum about the origin, with the affine (APIC) part.
@@ -57,11 +58,18 @@ public:
     FieldView field(const std::string& name, const std::string& material = "") const;
     /// Counts the re-sorts: when it changes, slots of local laws' particles hold other particles than before.
     std::uint64_t generation() const;
-    /// To be called after positions were written from outside: the next step sorts anew.
+    /// To be called after positions were written from outside: the next step sorts anew and takes new forces. It throws
+    /// SimulationError, naming the particle, when one of them is not finite.
     void positions_changed();
+    /// The same for velocities: the next step is chosen for the speeds as they are then.
+    void velocities_changed();
 
+    /// Every name that `frame` accepts in this scene: the fields of all materials, and "body".
+    std::vector<std::string> frame_fields() const;
     /// The scene's output fields in the order of ids. `number` is the frame number to put into the frame.
     Frame frame(std::uint32_t number) const;
+    /// The same with other fields.
+    Frame frame(std::uint32_t number, const std::vector<std::string>& names) const;
 
 private:
     class Engine;

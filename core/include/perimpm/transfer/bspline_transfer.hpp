@@ -19,7 +19,7 @@ inline constexpr ParamSpec kDivergence = {
     .kind = ParamKind::choice,
     .default_text = "gradient",
     .choices = "gradient|mls",
-    .doc = "internal force by the gradient of the spline, or folded into the affine momentum (Hu et al. 2018)"};
+    .doc = "how stress becomes force on the grid: by the spline's gradient, or in one sum with momentum (MLS-MPM)"};
 
 /// Largest stable (c + |v|) dt/dx of an isolated particle (Poisson's ratio up to 0.45), the worst case at free
 /// surfaces; degree 1 has no positive bound there, its value holds for filled cells.

@@ -1,12 +1,27 @@
-// The one symbol of this module; perimpm opens it with the first mesh of a scene.
+// The symbols of this module; perimpm opens it with the first mesh of a scene.
+#include <assimp/version.h>
+#include <openvdb/version.h>
+
+#include <string>
+
 #include "factory.hpp"
 #include "triangle_mesh.hpp"
 
-extern "C" PERIMPM_API perimpm::MakeMesh perimpm_make_mesh;
+extern "C" {
+PERIMPM_API perimpm::MakeMesh perimpm_make_mesh;
+PERIMPM_API const char* perimpm_module_versions();
+}
 
 perimpm::Shape* perimpm_make_mesh(const std::string& file, const perimpm::MeshPlacement& placement, double voxel_size) {
     perimpm::TriangleMesh mesh = perimpm::import_mesh(file);
     perimpm::check_solid(mesh, file);
     perimpm::place(mesh, placement, file);
     return perimpm::make_level_set(mesh, voxel_size, file).release();
+}
+
+const char* perimpm_module_versions() {
+    static const std::string text = "assimp " + std::to_string(aiGetVersionMajor()) + "." +
+                                    std::to_string(aiGetVersionMinor()) + "." + std::to_string(aiGetVersionPatch()) +
+                                    ", OpenVDB " + openvdb::getLibraryVersionString();
+    return text.c_str();
 }

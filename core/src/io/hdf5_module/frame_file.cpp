@@ -67,13 +67,13 @@ private:
     Handle file_;
 };
 
-hid_t number_type(FrameField::Type type) {
+hid_t number_type(NumberType type) {
     switch (type) {
-        case FrameField::Type::float32:
+        case NumberType::float32:
             return H5T_NATIVE_FLOAT;
-        case FrameField::Type::float64:
+        case NumberType::float64:
             return H5T_NATIVE_DOUBLE;
-        case FrameField::Type::uint32:
+        case NumberType::uint32:
             break;
     }
     return H5T_NATIVE_UINT32;

@@ -58,6 +58,15 @@ private:
 }  // namespace
 }  // namespace perimpm::hdf5
 
+extern "C" PERIMPM_API const char* perimpm_module_versions() {
+    static const std::string text = [] {
+        unsigned major = 0, minor = 0, release = 0;
+        H5get_libversion(&major, &minor, &release);
+        return "HDF5 " + std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(release);
+    }();
+    return text.c_str();
+}
+
 extern "C" PERIMPM_API perimpm::FrameWriter* perimpm_make_hdf5_writer(const char* folder) {
     return new perimpm::hdf5::Hdf5Writer(folder);
 }

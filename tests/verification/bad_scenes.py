@@ -1,0 +1,188 @@
+"""Ways to spoil a good scene, and the words that the message must hold."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from trees import LOCAL, PD_BOND, PD_ELASTIC, Tree, box, scene, write
+
+import perimpm
+from perimpm.cli import main
+
+NAN, INFINITY = float("nan"), float("inf")
+
+
+def good() -> Tree:
+    tree = scene(LOCAL, box([0] * 3, [0.4] * 3), 0.1, precision="float")
+    tree["simulation"] |= {"end_time": 0.02, "frame_rate": 50.0}
+    tree["grid"]["domain"] = {"min": [-1.0] * 3, "max": [1.0] * 3}
+    tree["output"] = {"formats": ["hdf5"]}
+    return tree
+
+
+def put(tree: Tree, path: str, value: Any) -> Tree:
+    """Sets a value at "a.b.0.c"; None removes the key."""
+    tree = copy.deepcopy(tree)
+    *parents, last = path.split(".")
+    at: Any = tree
+    for key in parents:
+        at = at[int(key)] if isinstance(at, list) else at.setdefault(key, {})
+    if value is None:
+        del at[last]
+    else:
+        at[int(last) if isinstance(at, list) else last] = value
+    return tree
+
+
+def law(key: str, value: Any, base: Tree = LOCAL) -> Callable[[Tree], Tree]:
+    return lambda tree: put(tree, "material.m.constitutive", {**base, key: value})
+
+
+# what is done to a good scene, and words that the message must hold: the place, then cause or remedy
+CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
+    "unknown key": (("simulation.end_tim", 1.0), ["simulation", "end_tim", "end_time"]),
+    "unknown table": (("colliders", []), ["colliders", "collider"]),
+    "unknown key of a model": (law("young_modulus", 1.0), ["material.m.constitutive", "youngs_modulus"]),
+    "missing key": (("simulation.end_time", None), ["simulation", "end_time"]),
+    "missing grid spacing": (("grid", None), ["spacing", "grid", "apic"]),
+    "text for a number": (("simulation.end_time", "long"), ["simulation.end_time", "number"]),
+    "number for a table": (("grid", 1.0), ["grid", "table"]),
+    "two numbers for a vector": (("simulation.gravity", [0.0, 1.0]), ["simulation.gravity", "3"]),
+    "unknown word": (("simulation.precision", "half"), ["simulation.precision", "float", "double"]),
+    "later format": (("format", 2), ["format", "1", "2"]),
+    "negative end": (("simulation.end_time", -1.0), ["simulation.end_time", "above 0"]),
+    "zero dt": (("simulation.dt", 0.0), ["simulation.dt", "above 0"]),
+    "negative dt": (("simulation.dt", -1e-3), ["simulation.dt", "above 0"]),
+    "dt not a number": (("simulation.dt", NAN), ["simulation.dt", "finite"]),
+    "dt above the bound": (("simulation.dt", 1.0), ["simulation.dt", "stable", "auto", "allow_unstable_dt"]),
+    "safety above one": (("simulation.safety", 1.5), ["simulation.safety", "1"]),
+    "infinite gravity": (("simulation.gravity", [0.0, -INFINITY, 0.0]), ["simulation.gravity", "finite"]),
+    "zero spacing": (("grid.spacing", 0.0), ["grid.spacing", "above 0"]),
+    "flat domain": (("grid.domain.max", [1.0, -1.0, 1.0]), ["grid.domain", "max"]),
+    "order 4": (("transfer.order", 4), ["transfer", "order", "3"]),
+    "order 2.5": (("transfer.order", 2.5), ["transfer", "order", "integer"]),
+    "mls with linear splines": (
+        ("transfer", {"type": "apic", "order": 1, "stress_divergence": "mls"}),
+        ["transfer", "stress_divergence", "order"],
+    ),
+    "zero density": (("material.m.density", 0.0), ["material.m.density", "above 0"]),
+    "negative density": (("material.m.density", -1.0), ["material.m.density", "above 0"]),
+    "zero modulus": (law("youngs_modulus", 0.0), ["youngs_modulus", "above 0"]),
+    "negative modulus": (law("youngs_modulus", -1.0), ["youngs_modulus", "above 0"]),
+    "nu = 0.5": (law("poisson_ratio", 0.5), ["poisson_ratio", "0.5"]),
+    "nu = 0.6": (law("poisson_ratio", 0.6), ["poisson_ratio", "0.5"]),
+    "nu = -1": (law("poisson_ratio", -1.0), ["poisson_ratio", "-1"]),
+    "another ratio from the paper's law": (law("poisson_ratio", 0.3, PD_ELASTIC), ["poisson_ratio", "1/4", "pd_lps"]),
+    "horizon below the spacing": (law("horizon", 0.9, PD_BOND), ["horizon", "above 1"]),
+    "paper's calibration without mu": (law("calibration", "paper", PD_ELASTIC), ["calibration", "paper"]),
+    "zero critical stretch": (
+        lambda tree: put(
+            law("horizon", 2.01, PD_BOND)(tree),
+            "material.m.fracture",
+            {"type": "critical_stretch", "critical_stretch": 0.0},
+        ),
+        ["critical_stretch", "above 0"],
+    ),
+    "infinite critical stretch": (
+        lambda tree: put(
+            law("horizon", 2.01, PD_BOND)(tree),
+            "material.m.fracture",
+            {"type": "critical_stretch", "critical_stretch": INFINITY},
+        ),
+        ["critical_stretch", "finite"],
+    ),
+    "fracture without bonds": (
+        ("material.m.fracture", {"type": "critical_stretch", "critical_stretch": 0.1}),
+        ["material.m.fracture", "bonds", "fixed_corotated"],
+    ),
+    "local law without grid": (
+        ("transfer", {"type": "particle"}),
+        ["material.m.constitutive", "fixed_corotated", "particle", "apic"],
+    ),
+    "closed faces without grid": (
+        lambda tree: put(put(tree, "material.m.constitutive", PD_BOND), "transfer", {"type": "particle"}),
+        ["transfer", "particle", "faces", "open", "colliders"],
+    ),
+    "two spacings under one bond law": (
+        lambda tree: put(
+            law("horizon", 2.01, PD_BOND)(tree),
+            "body",
+            [*tree["body"], {**tree["body"][0], "particle_spacing": 0.05}],
+        ),
+        ["body.1", "spacing", "material"],
+    ),
+    "empty scene": (lambda tree: {}, ["format"]),
+    "no body": (("body", []), ["body", "nothing to simulate"]),
+    "no body, a collider": (
+        lambda tree: put(
+            put(tree, "body", None), "collider", [{"shape": {"type": "sphere", "center": [0, 0, 0], "radius": 1}}]
+        ),
+        ["body", "nothing to simulate"],
+    ),
+    "unknown material": (("body.0.material", "n"), ["body.0.material", "'n'", "m"]),
+    "unknown shape": (("body.0.shape.type", "bax"), ["body.0.shape", "bax", "box"]),
+    "body without end": (
+        ("body.0.shape", {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}),
+        ["body.0.shape", "plane", "collider"],
+    ),
+    "box inside out": (("body.0.shape.max", [-1.0, 1.0, 1.0]), ["body.0.shape", "max"]),
+    "body without particles": (("body.0.shape", box([0] * 3, [1e-3] * 3)), ["body.0", "no particle", "spacing"]),
+    "body outside the domain": (("body.0.shape", box([3] * 3, [3.4] * 3)), ["body.0", "outside", "domain"]),
+    "body larger than the domain": (("body.0.shape", box([-2] * 3, [2] * 3)), ["body.0", "outside", "domain"]),
+    "start velocity not a number": (
+        ("body.0.initial_velocity", [NAN, 0.0, 0.0]),
+        ["body.0.initial_velocity", "finite"],
+    ),
+    "infinite spin": (
+        ("body.0.initial_angular_velocity", [0.0, INFINITY, 0.0]),
+        ["initial_angular_velocity", "finite"],
+    ),
+    "zero radius": (
+        ("collider", [{"shape": {"type": "sphere", "center": [0, 0, 0], "radius": 0.0}}]),
+        ["collider.0.shape", "radius", "above 0"],
+    ),
+    "plane without normal": (
+        ("collider", [{"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 0]}}]),
+        ["collider.0.shape", "normal"],
+    ),
+    "negative friction": (
+        ("collider", [{"friction": -1.0, "shape": {"type": "sphere", "center": [0, 0, 0], "radius": 0.1}}]),
+        ["collider.0.friction", "at least 0"],
+    ),
+    "missing mesh": (
+        ("body.0.shape", {"type": "mesh", "file": "nowhere.obj"}),
+        ["body.0.shape", "nowhere.obj", "folder"],
+    ),
+    "unknown law": (("material.m.constitutive.type", "fixed_corotatd"), ["material.m.constitutive", "fixed_corotated"]),
+    "unknown transfer": (("transfer.type", "apci"), ["transfer", "apci", "apic"]),
+    "unknown output field": (("output.fields", ["x", "stress"]), ["output", "stress"]),
+    "frames without positions": (("output.fields", ["v"]), ["output", "x"]),
+    "unknown format": (("output.formats", ["vtk"]), ["output.formats", "vtk", "hdf5"]),
+}
+
+
+def spoil(case: str) -> Tree:
+    change = CASES[case][0]
+    return change(good()) if callable(change) else put(good(), *change)
+
+
+def require_refused(tree: Tree, words: list[str], folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By the package and by the command, with every word in both messages."""
+    with pytest.raises(perimpm.InputError) as caught:
+        perimpm.Simulation(tree, folder=folder).run(output=folder / "out")
+    file = write(tree, folder / "scene.toml")
+    capsys.readouterr()
+    code = main(["run", str(file), "-o", str(folder / "out"), "--threads", "1"])
+    shown = capsys.readouterr().err
+    assert code == 2, shown
+    assert "error: " in shown and "Traceback" not in shown
+    for word in words:
+        assert word in str(caught.value)
+        # the command names the place by file, line and column instead
+        assert word in shown or ("." in word and re.search(r"scene\.toml:\d+:\d+", shown))
+    assert not list(folder.glob("out/*.h5*"))

@@ -1,0 +1,38 @@
+"""A run that fails ends with code 3 and leaves what explains it (E13)."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bad_scenes import good, put
+from trees import LOCAL, PD_BOND, Tree, write
+
+import perimpm
+from perimpm.cli import main
+
+
+@pytest.mark.parametrize("law", [LOCAL, PD_BOND], ids=["fixed_corotated", "pd_bond"])
+@pytest.mark.parametrize("field", ["v", "x"])
+def test_not_a_number_during_a_run(law: Tree, field: str, tmp_path: Path) -> None:
+    sim = perimpm.Simulation(put(put(good(), "material.m.constitutive", law), "simulation.end_time", 1.0))
+    sim.step(3)
+    sim.particles[field][5, 1] = np.nan
+    with pytest.raises(perimpm.SimulationError, match="finite|not a number"):
+        sim.run(output=tmp_path / "out")
+    assert not list((tmp_path / "out").glob("frame.*"))  # the next frame lay behind the fault
+    assert (tmp_path / "out" / "failed.h5").exists()
+    assert json.loads((tmp_path / "out" / "run.json").read_text())["status"] == "failed"
+
+
+def test_command_ends_with_3_when_a_run_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A step a hundred times too long, accepted by name."""
+    tree = put(put(good(), "simulation.dt", 0.5), "simulation.allow_unstable_dt", True)
+    tree = put(put(tree, "body.0.initial_angular_velocity", [0.0, 3.0, 0.0]), "grid.domain", None)
+    tree["simulation"] |= {"end_time": 500.0, "frame_rate": 0.02}
+    file = write(tree, tmp_path / "scene.toml")
+    assert main(["run", str(file), "-o", str(tmp_path / "out"), "--threads", "1"]) == 3
+    assert "simulation failed" in capsys.readouterr().err
+    assert (tmp_path / "out" / "failed.h5").exists()
