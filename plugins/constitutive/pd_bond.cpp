@@ -65,6 +65,7 @@ public:
     }
     LawNeeds needs() const noexcept override {
         return {.bonds = true,
+                .reports_stretch = true,
                 .horizon = horizon_,
                 .rounds = 2,
                 .particle_state = kParticleState,
@@ -78,19 +79,21 @@ public:
 
     void evaluate(Block<Real>& b, Real) const override {
         const Real* stiffness = b.bond_state[kStiffness];
+        P extension(0);
         for (std::uint32_t i = 0; i < b.size; ++i) {
             const Real* own = b.family.position + 4 * std::size_t{b.first + i};
             P f[3] = {P(0), P(0), P(0)};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P y = norm(Y);
-                const P pull =
-                    live * bonds.load(stiffness) * (y - bonds.load(b.family.length)) * inverse_length(y);  // (1)
+                const P relative = live * relative_extension(Y, bonds.load(b.family.length));
+                const P pull = bonds.load(stiffness) * relative;  // (1)
+                extension = larger(extension, relative);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
             });
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
         }
+        b.largest_stretch = stretch_of(hmax(extension));
     }
 
     double max_wave_speed(const Block<Real>& b) const override {

@@ -108,6 +108,7 @@ public:
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .prepare = mu_ > 0,
+                   .reports_stretch = true,
                    .horizon = horizon_,
                    .rounds = 2,
                    .particle_state = kParticleState,
@@ -155,14 +156,16 @@ public:
     }
 
     void evaluate(Block<Real>& b, Real) const override {
+        P extension(0);
         for (std::uint32_t i = 0; i < b.size; ++i) {
             P f[3] = {P(0), P(0), P(0)};
             if (mu_ > 0)
-                add_both_terms(b, i, f);
+                add_both_terms(b, i, f, extension);
             else
-                add_spring_term(b, i, f);
+                add_spring_term(b, i, f, extension);
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
         }
+        b.largest_stretch = stretch_of(hmax(extension));
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
@@ -213,23 +216,18 @@ private:
     static void deform(const P X[3], P out[3], Entry F) {
         for (int r = 0; r < 3; ++r) out[r] = F(3 * r) * X[0] + F(3 * r + 1) * X[1] + F(3 * r + 2) * X[2];
     }
-    /// (|Z| - |X|)/|Z|: times Z, the spring term of (6) without its stiffness.
-    static P relative_extension(const P Z[3], const P& length) {
-        const P z = norm(Z);
-        return (z - length) * inverse_length(z);
-    }
-
-    void add_spring_term(const Block<Real>& b, std::uint32_t i, P f[3]) const {
+    void add_spring_term(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
             P Y[3];
             bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-            const P pull = live * bonds.load(b.bond_state[kStiffness]) * real(lambda_) *
-                           relative_extension(Y, bonds.load(b.family.length));  // (6), second term, (7)
+            const P relative = live * relative_extension(Y, bonds.load(b.family.length));
+            const P pull = bonds.load(b.bond_state[kStiffness]) * real(lambda_) * relative;  // (6), second term, (7)
+            extension = larger(extension, relative);
             for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
         });
     }
 
-    void add_both_terms(const Block<Real>& b, std::uint32_t i, P f[3]) const {
+    void add_both_terms(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
             P X[3], Y[3], own[3], other[3];
             bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
@@ -239,7 +237,9 @@ private:
             const P length = bonds.load(b.family.length);
             const P stiffness = live * bonds.load(b.bond_state[kStiffness]);
             const P share = own_share(b, i, bonds);
-            const P spring = stiffness * real(lambda_) * relative_extension(Y, length);  // (6), second term
+            const P relative = live * relative_extension(Y, length);
+            const P spring = stiffness * real(lambda_) * relative;  // (6), second term
+            extension = larger(extension, relative);
             const P from_own =
                 stiffness * share * real(2 * mu_) * relative_extension(own, length);  // (6), first term of T<p,q>
             const P from_other =

@@ -141,7 +141,7 @@ private:
         length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
         length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
         for (std::uint32_t k = 0; k < needs_.bond_state.size; ++k) {
-            bond_state_.emplace_back(bonds_.size());
+            bond_state_.emplace_back(bonds_.size(), perimpm::kSlotPadding);
             std::fill_n(bond_state_.back().data(), bonds_.size(), static_cast<Real>(needs_.bond_state.data[k].initial));
         }
     }

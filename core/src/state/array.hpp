@@ -14,10 +14,12 @@ template <class T>
 class AlignedArray {
 public:
     AlignedArray() = default;
-    explicit AlignedArray(std::size_t size) : size_{size} {
-        if (size == 0) return;
-        data_.reset(static_cast<T*>(::operator new(size * sizeof(T), kAlignment)));
-        std::memset(static_cast<void*>(data_.get()), 0, size * sizeof(T));
+    /// `padding`: zeros past the end that may be read.
+    explicit AlignedArray(std::size_t size, std::size_t padding = 0) : size_{size} {
+        if (size + padding == 0) return;
+        const std::size_t bytes = (size + padding) * sizeof(T);
+        data_.reset(static_cast<T*>(::operator new(bytes, kAlignment)));
+        std::memset(static_cast<void*>(data_.get()), 0, bytes);
     }
     T* data() { return data_.get(); }
     const T* data() const { return data_.get(); }

@@ -32,7 +32,7 @@ Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, 
 /// its reference state then has no extension, not even by rounding.
 template <class Real>
 AlignedArray<Real> bond_lengths(const Bonds& bonds, const Real* reference) {
-    AlignedArray<Real> length(bonds.size());
+    AlignedArray<Real> length(bonds.size(), kSlotPadding);
     for (std::size_t p = 0; p + 1 < bonds.row.size(); ++p)
         for (std::uint32_t slot = bonds.row[p]; slot < bonds.row[p + 1]; ++slot) {
             const Real* own = reference + 4 * p;

@@ -11,7 +11,14 @@ void pack_positions(World<Real>& w, Material<Real>& m) {
     });
 }
 
-/// Bond laws: family quantities, then forces; each particle writes only its own.
+template <class Real>
+void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b) {
+    m.law->evaluate(b, static_cast<Real>(w.dt));
+    if (m.criterion && m.needs.reports_stretch) m.stretch[chunk] = static_cast<double>(b.largest_stretch);
+}
+
+/// Bond laws: family quantities, then forces; each particle writes only its own. Bonds break where their stretches are
+/// known, before the forces act.
 template <class Real>
 void compute_bond_forces(World<Real>& w) {
     for (Material<Real>& m : w.materials) {
@@ -19,13 +26,16 @@ void compute_bond_forces(World<Real>& w) {
         w.timer("bond forces", [&] {
             pack_positions(w, m);
             if (m.needs.prepare) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
-            for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->evaluate(b, static_cast<Real>(w.dt)); });
+            for_each_chunk(w, m, [&](std::size_t chunk, Block<Real>& b) { evaluate_bonds(w, m, chunk, b); });
         });
+        if (m.criterion && (w.steps + 1) % m.criterion->interval() == 0) w.timer("fracture", [&] { fracture(w, m); });
     }
 }
 
 template void pack_positions(World<float>&, Material<float>&);
 template void pack_positions(World<double>&, Material<double>&);
+template void evaluate_bonds(World<float>&, Material<float>&, std::size_t, Block<float>&);
+template void evaluate_bonds(World<double>&, Material<double>&, std::size_t, Block<double>&);
 template void compute_bond_forces(World<float>&);
 template void compute_bond_forces(World<double>&);
 

@@ -134,7 +134,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     if (w.transfer_needs.grid) m.order = AlignedArray<std::uint32_t>(m.size);
     for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {
         const FieldSpec& spec = m.needs.bond_state.data[k];
-        m.bond_state.emplace_back(m.bonds.size());
+        m.bond_state.emplace_back(m.bonds.size(), kSlotPadding);
         std::fill_n(m.bond_state.back().data(), m.bonds.size(), static_cast<Real>(spec.initial));
     }
     for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
@@ -147,6 +147,8 @@ void create_candidate_buffers(World<Real>& w) {
     for (Material<Real>& m : w.materials) {
         if (!m.criterion) continue;
         m.found.resize(m.chunks());
+        m.stretch.resize(m.chunks(), std::numeric_limits<double>::infinity());
+        m.touched.resize(m.chunks());
         for (std::size_t c = 0; c < m.chunks(); ++c)
             longest = std::max<std::size_t>(
                 longest, m.bonds.row[std::min<std::size_t>(m.size, (c + 1) * kChunk)] - m.bonds.row[c * kChunk]);
@@ -210,8 +212,10 @@ void build_world(World<Real>& w) {
     create_candidate_buffers(w);
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
-    if (w.transfer_needs.grid) sort_particles(w);
-    else refuse_closed_faces(w.scene);
+    if (w.transfer_needs.grid)
+        sort_particles(w);
+    else
+        refuse_closed_faces(w.scene);
 }
 
 template void build_world(World<float>&);

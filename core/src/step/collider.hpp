@@ -21,6 +21,8 @@ public:
     /// Largest speed of a surface point [m/s]; 0 for a still collider.
     double max_speed() const;
 
+    const std::string& name() const { return spec_.name; }
+
 private:
     Vec3 to_local(const Vec3& x) const { return rotation_.transpose() * (x - pivot_) + spec_.pivot; }
 

@@ -6,10 +6,13 @@ namespace perimpm {
 
 namespace {
 
-/// Live bonds that the criterion singles out, in order of slot.
+/// Live bonds that the criterion singles out, in order of slot. Chunks without a bond in question are passed over.
 template <class Real>
 void screen(World<Real>& w, Material<Real>& m) {
+    const double harmless = m.criterion->harmless_stretch();
     for_each_chunk(w, m, [&](std::size_t c, Block<Real>& b) {
+        m.found[c].clear();
+        if (m.stretch[c] <= harmless) return;
         CandidateList list{w.own_scratch().candidates.data(), 0};
         m.criterion->screen(b, list);
         m.found[c].assign(list.data, list.data + list.size);
@@ -35,29 +38,46 @@ std::vector<std::size_t> cut(Material<Real>& m, const CandidateList& cuts) {
     return changed;
 }
 
-}  // namespace
-
-/// Asks each material's criterion which bonds break, and breaks them.
+/// Renews what depends on the cut families: their reference quantities, and the forces of all that they act on.
 template <class Real>
-void fracture(World<Real>& w) {
-    for (Material<Real>& m : w.materials) {
-        if (!m.criterion || (w.steps + 1) % m.criterion->interval() != 0) continue;
-        pack_positions(w, m);
-        screen(w, m);
-        if (m.candidates.empty()) continue;
-        CandidateList cuts{m.candidates.data(), static_cast<std::uint32_t>(m.candidates.size())};
-        m.criterion->decide(make_block(w, m, 0, m.size), cuts);
-        const std::vector<std::size_t> changed = cut(m, cuts);
-        for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
-            w.threads.run(changed.size(), [&](std::size_t k) {
-                Block<Real> b =
-                    make_block(w, m, changed[k] * kChunk, std::min<std::size_t>(kChunk, m.size - changed[k] * kChunk));
-                m.law->initialise(b, round);
-            });
+void renew(World<Real>& w, Material<Real>& m, const std::vector<std::size_t>& changed) {
+    const auto run = [&](const auto& chunks, auto body) {
+        w.threads.run(chunks.size(), [&](std::size_t k) {
+            const std::size_t first = chunks[k] * kChunk;
+            Block<Real> b = make_block(w, m, first, std::min<std::size_t>(kChunk, m.size - first));
+            body(chunks[k], b);
+        });
+    };
+    for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
+        run(changed, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
+    if (m.needs.prepare) run(changed, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
+    std::fill(m.touched.begin(), m.touched.end(), char(0));
+    for (const std::size_t c : changed) {
+        m.touched[c] = 1;
+        const std::size_t end = std::min<std::size_t>(m.size, (c + 1) * kChunk);
+        for (std::uint32_t slot = m.bonds.row[c * kChunk]; slot < m.bonds.row[end]; ++slot)
+            m.touched[m.bonds.neighbour[slot] / kChunk] = 1;
     }
+    std::vector<std::size_t> touched;
+    for (std::size_t c = 0; c < m.chunks(); ++c)
+        if (m.touched[c]) touched.push_back(c);
+    run(touched, [&](std::size_t c, Block<Real>& b) { evaluate_bonds(w, m, c, b); });
 }
 
-template void fracture(World<float>&);
-template void fracture(World<double>&);
+}  // namespace
+
+/// Asks the material's criterion which bonds break, and breaks them.
+template <class Real>
+void fracture(World<Real>& w, Material<Real>& m) {
+    screen(w, m);
+    if (m.candidates.empty()) return;
+    CandidateList cuts{m.candidates.data(), static_cast<std::uint32_t>(m.candidates.size())};
+    m.criterion->decide(make_block(w, m, 0, m.size), cuts);
+    const std::vector<std::size_t> changed = cut(m, cuts);
+    if (!changed.empty()) renew(w, m, changed);
+}
+
+template void fracture(World<float>&, Material<float>&);
+template void fracture(World<double>&, Material<double>&);
 
 }  // namespace perimpm

@@ -23,7 +23,7 @@ std::vector<std::string> starting_overlaps(const World<Real>& w) {
                 messages.push_back(fmt::format(
                     "{} of {} particles of body '{}' start inside collider '{}', where they are held or "
                     "squeezed out: move the body or the collider",
-                    inside[b], w.body_begin[b + 1] - w.body_begin[b], w.scene.bodies[b].name, collider.spec().name));
+                    inside[b], w.body_begin[b + 1] - w.body_begin[b], w.scene.bodies[b].name, collider.name()));
     }
     return messages;
 }

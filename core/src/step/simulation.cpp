@@ -44,7 +44,6 @@ public:
             grid_step();
         else
             integrate_particles(w_);
-        if (has_criterion()) w_.timer("fracture", [&] { fracture(w_); });  // 7
         w_.time += w_.dt;
         ++w_.steps;
         return w_.dt;
@@ -70,16 +69,11 @@ private:
 
     void grid_step() {
         if (w_.drift > kMargin * w_.spacing()) w_.timer("sort", [&] { sort_particles(w_); });
-        compute_bond_forces(w_);
-        scatter(w_);                                                                                 // 1, 2
-        w_.timer("grid update", [&] { update_grid(w_); });                                           // 3, 4
-        w_.timer("gather", [&] { gather(w_); });                                                     // 5
+        compute_bond_forces(w_);                            // 7 of the last step
+        scatter(w_);                                        // 1, 2
+        w_.timer("grid update", [&] { update_grid(w_); });  // 3, 4
+        w_.timer("gather", [&] { gather(w_); });            // 5
         if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
-    }
-    bool has_criterion() const {
-        for (const Material<Real>& m : w_.materials)
-            if (m.criterion) return true;
-        return false;
     }
 
     World<Real> w_;

@@ -53,6 +53,8 @@ struct Material {
     AlignedArray<std::uint32_t> order;              ///< bond laws: particle indices in grid order
     std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
     std::vector<BondCandidate> candidates;          ///< the same, joined
+    std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
+    std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
@@ -203,8 +205,11 @@ template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
+/// `prepare` and `evaluate` of one chunk's block, from packed positions.
 template <class Real>
-void fracture(World<Real>& w);
+void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);
+template <class Real>
+void fracture(World<Real>& w, Material<Real>& m);
 /// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
 template <class Real>
 void measure_bounds(World<Real>& w);

@@ -18,7 +18,6 @@ bool polar_rotation(const Mat3<T>& F, const T& det_F, Mat3<T>& R) {
     constexpr Real kSmallestDeterminant = Real(1e-3);  // after scaling to |F|^2 = 3
     const Real nearly_orthogonal = std::sqrt(std::numeric_limits<Real>::epsilon());
 
-    const auto largest = [](const T& a, const T& b) { return select(a < b, b, a); };
     T norm2 = F.m[0] * F.m[0];
     for (int k = 1; k < 9; ++k) norm2 += F.m[k] * F.m[k];
     const T scale2 = Real(3) / norm2;
@@ -34,8 +33,8 @@ bool polar_rotation(const Mat3<T>& F, const T& det_F, Mat3<T>& R) {
             for (int j = i; j < 3; ++j)
                 G[k++] =
                     Real(i == j ? 1.5 : 0) - Real(0.5) * (R(0, i) * R(0, j) + R(1, i) * R(1, j) + R(2, i) * R(2, j));
-        T change = largest(abs(G[0] - Real(1)), largest(abs(G[3] - Real(1)), abs(G[5] - Real(1))));
-        change = largest(change, largest(abs(G[1]), largest(abs(G[2]), abs(G[4]))));
+        T change = larger(abs(G[0] - Real(1)), larger(abs(G[3] - Real(1)), abs(G[5] - Real(1))));
+        change = larger(change, larger(abs(G[1]), larger(abs(G[2]), abs(G[4]))));
         for (int i = 0; i < 3; ++i) {
             const T x = R(i, 0), y = R(i, 1), z = R(i, 2);
             R(i, 0) = x * G[0] + y * G[1] + z * G[2];

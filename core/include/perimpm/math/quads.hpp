@@ -19,20 +19,20 @@ using Vec = typename Lanes<Real, N>::type;
 
 /// From each quad of lanes of a and b: lanes First and First + 1 of both, alternating (`Interleave`) or one after the other.
 template <int First, bool Interleave, class V, int... I>
-V mix(V a, V b, std::integer_sequence<int, I...>) {
+PERIMPM_INLINE V mix(V a, V b, std::integer_sequence<int, I...>) {
     constexpr int N = sizeof...(I);
     return __builtin_shufflevector(
         a, b, (I / 4 * 4 + First + (Interleave ? I % 4 / 2 + I % 2 * N : I % 2 + I % 4 / 2 * N))...);
 }
 
 template <class Real, int N, int... I>
-Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
+PERIMPM_INLINE Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, I...);
 }
 
 /// Entries k, k + 4, k + 8, ... of an array of quads, side by side.
 template <class Real, int N>
-Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
+PERIMPM_INLINE Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
     if constexpr (N == 4) {
         Vec<Real, 4> v;
         __builtin_memcpy(&v, quads + 4 * std::size_t{entry[0]}, sizeof v);
@@ -47,7 +47,7 @@ Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
 
 /// Within each group of four lanes: row k of `rows` becomes lane k of the columns. Its own inverse.
 template <class Real>
-void transpose_quads(const Pack<Real> rows[4], Pack<Real> columns[4]) {
+PERIMPM_INLINE void transpose_quads(const Pack<Real> rows[4], Pack<Real> columns[4]) {
     constexpr int N = kLanes<Real>;
     static_assert(N >= 4);
     using V = detail::Vec<Real, N>;
@@ -70,7 +70,7 @@ constexpr std::size_t quad_place(std::size_t lane) {
 
 /// Writes one quad per lane, lane l's to place quad_place(l); `to` holds 4 packs.
 template <class Real>
-void store_quads(Real* to, const Pack<Real> component[4]) {
+PERIMPM_INLINE void store_quads(Real* to, const Pack<Real> component[4]) {
     constexpr std::size_t N = kLanes<Real>;
     if constexpr (N < 4) {
         for (std::size_t lane = 0; lane < N; ++lane)
@@ -84,7 +84,7 @@ void store_quads(Real* to, const Pack<Real> component[4]) {
 
 /// Reads quads that lie at the places of store_quads.
 template <class Real>
-void load_quads(const Real* from, Pack<Real> component[4]) {
+PERIMPM_INLINE void load_quads(const Real* from, Pack<Real> component[4]) {
     constexpr std::size_t N = kLanes<Real>;
     if constexpr (N < 4) {
         for (std::size_t c = 0; c < 4; ++c)
@@ -99,7 +99,7 @@ void load_quads(const Real* from, Pack<Real> component[4]) {
 /// Components of the quads with numbers entry[lane]: whole quads are loaded, which takes a third of the instructions of
 /// loading number by number.
 template <class Real>
-void gather_quads(const Real* quads, const std::uint32_t* entry, Pack<Real> component[4]) {
+PERIMPM_INLINE void gather_quads(const Real* quads, const std::uint32_t* entry, Pack<Real> component[4]) {
     constexpr int N = kLanes<Real>;
     if constexpr (N < 4) {
         for (std::size_t c = 0; c < 4; ++c)

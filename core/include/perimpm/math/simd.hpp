@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <experimental/simd>
 
+/// For the small functions of inner loops: a call there costs more than the function, and compilers do not always see it.
+#define PERIMPM_INLINE [[gnu::always_inline]] inline
+
 namespace perimpm {
 
 /// As many numbers as the target's widest register holds; algorithms are templates over T = Real or Pack<Real>.
@@ -14,33 +17,38 @@ template <class Real>
 inline constexpr std::size_t kLanes = Pack<Real>::size();
 
 template <class Real>
-Real select(bool mask, Real yes, Real no) {
+PERIMPM_INLINE Real select(bool mask, Real yes, Real no) {
     return mask ? yes : no;
 }
 template <class Real, class Abi>
-std::experimental::simd<Real, Abi> select(const std::experimental::simd_mask<Real, Abi>& mask,
-                                          const std::experimental::simd<Real, Abi>& yes,
-                                          std::experimental::simd<Real, Abi> no) {
+PERIMPM_INLINE std::experimental::simd<Real, Abi> select(const std::experimental::simd_mask<Real, Abi>& mask,
+                                                         const std::experimental::simd<Real, Abi>& yes,
+                                                         std::experimental::simd<Real, Abi> no) {
     where(mask, no) = yes;
     return no;
 }
 
+template <class T>
+PERIMPM_INLINE T larger(const T& a, const T& b) {
+    return select(a < b, b, a);
+}
+
 inline bool all(bool mask) { return mask; }
 template <class Real, class Abi>
-bool all(const std::experimental::simd_mask<Real, Abi>& mask) {
+PERIMPM_INLINE bool all(const std::experimental::simd_mask<Real, Abi>& mask) {
     return all_of(mask);
 }
 
 /// The first `count` lanes.
 template <class Real>
-typename Pack<Real>::mask_type first_lanes(std::size_t count) {
+PERIMPM_INLINE typename Pack<Real>::mask_type first_lanes(std::size_t count) {
     const Pack<Real> lane([](auto i) { return static_cast<Real>(i); });
     return lane < static_cast<Real>(count);
 }
 
 /// Loads `count` (at most a pack) consecutive numbers; missing lanes hold `rest` and their memory is not touched.
 template <class Real>
-Pack<Real> load(const Real* from, std::size_t count, Real rest = Real(0)) {
+PERIMPM_INLINE Pack<Real> load(const Real* from, std::size_t count, Real rest = Real(0)) {
     if (count >= kLanes<Real>) return Pack<Real>(from, std::experimental::element_aligned);
     Pack<Real> pack(rest);
     where(first_lanes<Real>(count), pack).copy_from(from, std::experimental::element_aligned);
@@ -49,7 +57,7 @@ Pack<Real> load(const Real* from, std::size_t count, Real rest = Real(0)) {
 
 /// Stores the first `count` lanes.
 template <class Real>
-void store(Real* to, const Pack<Real>& pack, std::size_t count) {
+PERIMPM_INLINE void store(Real* to, const Pack<Real>& pack, std::size_t count) {
     if (count >= kLanes<Real>) return pack.copy_to(to, std::experimental::element_aligned);
     where(first_lanes<Real>(count), pack).copy_to(to, std::experimental::element_aligned);
 }

@@ -11,7 +11,7 @@ namespace detail {
 /// Turns columns p and q of B by the angle that makes them orthogonal; V turns along when given. Lanes that are
 /// orthogonal to rounding already stay untouched. Returns where a turn was made.
 template <class T>
-auto orthogonalise(Mat3<T>& B, Mat3<T>* V, int p, int q) {
+PERIMPM_INLINE auto orthogonalise(Mat3<T>& B, Mat3<T>* V, int p, int q) {
     using std::abs, std::sqrt;
     constexpr Scalar<T> eps = std::numeric_limits<Scalar<T>>::epsilon();
     T alpha = T(0), beta = T(0), gamma = T(0);

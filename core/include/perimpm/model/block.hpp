@@ -8,9 +8,11 @@ namespace perimpm {
 
 inline constexpr std::uint32_t kMaxStateFields = 8;
 inline constexpr std::uint32_t kMaxVaryingParams = 8;
+inline constexpr std::uint32_t kSlotPadding = 16;
 
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
 /// Positions are packed by four so that a neighbour costs one load: entry j is position[4 j .. 4 j + 2].
+/// Arrays by slot may be read up to kSlotPadding entries past their end, where neighbours are valid indices.
 template <class Real>
 struct Families {
     const std::uint32_t* row = nullptr;        ///< bonds of the block's particle i: slots row[i] .. row[i + 1] - 1
@@ -43,6 +45,7 @@ struct Block {
     Real* bond_state[kMaxStateFields] = {};            ///< declared bond fields, by slot over the whole material
     Field<Real> family_state[kMaxStateFields] = {};    ///< particle_state again, indexed over the whole material
     Families<Real> family;                             ///< bond laws
+    Real largest_stretch = 0;                          ///< out: (|Y| - |X|)/|X| of the block's live bonds, at least 0
 };
 
 }  // namespace perimpm

@@ -18,9 +18,10 @@ struct EffectiveModuli {
 struct LawNeeds {
     bool deformation_gradient = false;
     bool bonds = false;
-    bool prepare = false;      ///< bond laws: `prepare` does something and must run before `evaluate`
-    double horizon = 0;        ///< bond laws: family radius, rim included [m]
-    std::uint32_t rounds = 1;  ///< how often `initialise` runs, with a barrier between
+    bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
+    bool reports_stretch = false;  ///< bond laws: `evaluate` fills Block::largest_stretch
+    double horizon = 0;            ///< bond laws: family radius, rim included [m]
+    std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     EffectiveModuli moduli = {};

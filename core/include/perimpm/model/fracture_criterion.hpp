@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "perimpm/export.hpp"
 #include "perimpm/model/block.hpp"
@@ -30,6 +31,9 @@ public:
     virtual ~FractureCriterion();
     /// Every how many steps the criterion is asked.
     virtual std::uint32_t interval() const noexcept { return 1; }
+    /// No bond with a stretch (|Y| - |X|)/|X| up to this is ever in question: blocks without longer ones are not screened,
+    /// which saves a pass over their bonds. Default: every block is screened.
+    virtual double harmless_stretch() const noexcept { return -std::numeric_limits<double>::infinity(); }
     /// Finds the live bonds in question; in parallel on disjoint blocks.
     virtual void screen(const Block<Real>& b, CandidateList& found) const = 0;
     /// Once for the whole material, candidates in order of slot: keeps in `candidates` those to cut. Default: all.

@@ -64,7 +64,8 @@ void sample_tile(const Real* tile, const Stencils<Real, Order, Slopes>& s, Sampl
 
 /// F <- (I + dt grad v) F.
 template <class Real>
-void update_deformation(const Field<Real>& F, std::size_t at, std::size_t count, const Pack<Real> dt_gradient[3][3]) {
+PERIMPM_INLINE void update_deformation(const Field<Real>& F, std::size_t at, std::size_t count,
+                                       const Pack<Real> dt_gradient[3][3]) {
     using P = Pack<Real>;
     for (int j = 0; j < 3; ++j) {
         const P f[3] = {load(F[j] + at, count), load(F[3 + j] + at, count), load(F[6 + j] + at, count)};
