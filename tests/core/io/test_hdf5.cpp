@@ -12,7 +12,7 @@ using namespace perimpm;
 namespace {
 
 Frame frame(std::uint32_t number, double time) {
-    FrameField x{"x", "m", "core", 3, FrameField::Type::float32, std::vector<std::byte>(2 * 3 * 4)};
+    FrameField x{"x", "m", "core", 3, NumberType::float32, std::vector<std::byte>(2 * 3 * 4)};
     const float places[6] = {1, 2, 3, 4, 5, 6};
     std::memcpy(x.data.data(), places, sizeof places);
     return {number, time, 10, 2, {x}};

@@ -10,8 +10,8 @@ using namespace perimpm;
 TEST_CASE("run.json: the resolved scene, sizes, libraries and the time of every pass", "[io]") {
     Simulation simulation(scene_from(kBox, {kBonds, "title=\"cube\""}), 1);
     for (int n = 0; n < 3; ++n) simulation.step();
-    const auto json =
-        nlohmann::json::parse(run_json(simulation, {.folder = "", .threads = 1, .after_step = {}}, 7, "running", ""));
+    const auto head = run_head(simulation, {.folder = "", .threads = 1, .after_step = {}});
+    const auto json = nlohmann::json::parse(run_json(head, simulation, 7, "running", ""));
     CHECK(json["status"] == "running");
     CHECK(json["frames"] == 7);
     CHECK(json["steps"] == 3);
@@ -36,7 +36,7 @@ TEST_CASE("run.json: the resolved scene, sizes, libraries and the time of every 
 
 TEST_CASE("run.json: numbers that do not exist are null, errors are told", "[io]") {
     const Simulation simulation(scene_from(kBox), 1);
-    const auto json = nlohmann::json::parse(run_json(simulation, {}, 1, "failed", "broke"));
+    const auto json = nlohmann::json::parse(run_json(run_head(simulation, {}), simulation, 1, "failed", "broke"));
     CHECK(json["error"] == "broke");
     CHECK(json["passes"].empty());
     CHECK(json["threads"].get<int>() >= 1);  // 0 asked for every core

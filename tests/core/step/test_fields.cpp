@@ -59,7 +59,7 @@ TEST_CASE("fields: frames are in the order of ids, whatever materials and sortin
     Overrides overrides = kTwo;
     overrides.push_back(R"(output={ fields = ["x", "id", "body", "F", "force"] })");
     const auto w = box_world(overrides);
-    const Frame frame = make_frame(*w, 3);
+    const Frame frame = make_frame(*w, 3, w->scene.output.fields);
     CHECK(frame.number == 3);
     REQUIRE(frame.rows == 16);
     REQUIRE(frame.fields.size() == 5);
@@ -74,5 +74,5 @@ TEST_CASE("fields: frames are in the order of ids, whatever materials and sortin
 
 TEST_CASE("fields: an output field that the scene does not have is refused", "[step]") {
     const auto w = box_world({R"(output={ fields = ["x", "bdy"] })"});
-    CHECK(contains(message_of([&] { make_frame(*w, 1); }), "did you mean 'body'?"));
+    CHECK(contains(message_of([&] { make_frame(*w, 1, w->scene.output.fields); }), "did you mean 'body'?"));
 }
