@@ -22,14 +22,15 @@ py::dtype dtype_of(NumberType type) {
     return py::dtype::of<std::uint32_t>();
 }
 
-/// Components lie apart in memory, so (n, 3) has the strides (item, item * stride).
+/// Components lie apart in memory or side by side: (n, 3) has the strides (item * entry, item * stride).
 py::array view(py::object owner, const std::string& name, const std::string& material) {
     auto& shared = owner.cast<SharedSimulation&>();
     const auto lock = shared.lock();
     const FieldView field = shared.get().field(name, material);
     const py::dtype type = dtype_of(field.type);
     const py::ssize_t item = type.itemsize(), apart = item * static_cast<py::ssize_t>(field.stride);
-    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(field.size)}, strides{item};
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(field.size)};
+    std::vector<py::ssize_t> strides{item * static_cast<py::ssize_t>(field.entry)};
     if (field.components == 9) {
         shape.insert(shape.end(), {3, 3});
         strides.insert(strides.end(), {3 * apart, apart});

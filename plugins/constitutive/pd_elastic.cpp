@@ -67,7 +67,7 @@ enum ParticleState { kNormalisation, kShapeInverse, kMeanDeformation };
 constexpr FieldSpec kParticleState[] = {
     {.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V"},
     {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"},
-    {.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major"},
+    {.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major", .packed = true},
 };
 enum BondState { kStiffness };
 constexpr FieldSpec kBondState[] = {
@@ -135,22 +135,21 @@ public:
             const Real* own_reference = b.family.reference + 4 * std::size_t{b.first + i};
             P A[9] = {};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
-                P X[3], Y[3];
-                bonds.difference(b.family.reference, own_reference, X);
+                P X[4], Y[3];
+                bonds.template gather_packed<4>(b.family.reference, X);
                 bonds.difference(b.family.position, own, Y);
-                const P w = live * influence(bonds.load(b.family.length)) * bonds.gather(b.family.volume);
-                for (int r = 0; r < 3; ++r)
-                    for (int c = 0; c < 3; ++c) A[3 * r + c] += w * Y[r] * X[c];
+                P w = live * X[3];
+                if (linear_) w *= influence(bonds.load(b.family.length));
+                for (int c = 0; c < 3; ++c) X[c] = w * (X[c] - own_reference[c]);
+                for (int c = 0; c < 9; ++c) A[c] += Y[c / 3] * X[c % 3];
             });
-            Real sum[9];
-            for (int c = 0; c < 9; ++c) sum[c] = reduce(A[c]);
             const Field<Real>& K = b.particle_state[kShapeInverse];
-            const Real xx = K[0][i], xy = K[1][i], xz = K[2][i], yy = K[3][i], yz = K[4][i], zz = K[5][i];
-            const Field<Real>& F = b.particle_state[kMeanDeformation];
+            Real* F = mean_deformation(b, i);
             for (int r = 0; r < 3; ++r) {  // (4)
-                F[3 * r][i] = sum[3 * r] * xx + sum[3 * r + 1] * xy + sum[3 * r + 2] * xz;
-                F[3 * r + 1][i] = sum[3 * r] * xy + sum[3 * r + 1] * yy + sum[3 * r + 2] * yz;
-                F[3 * r + 2][i] = sum[3 * r] * xz + sum[3 * r + 1] * yz + sum[3 * r + 2] * zz;
+                const Real x = reduce(A[3 * r]), y = reduce(A[3 * r + 1]), z = reduce(A[3 * r + 2]);
+                F[3 * r] = x * K[0][i] + y * K[1][i] + z * K[2][i];
+                F[3 * r + 1] = x * K[1][i] + y * K[3][i] + z * K[4][i];
+                F[3 * r + 2] = x * K[2][i] + y * K[4][i] + z * K[5][i];
             }
         }
     }
@@ -187,7 +186,7 @@ public:
                 if (mu_ > 0) {
                     P X[3], mean[3];
                     bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
-                    deform(X, mean, [&](int c) { return P(b.particle_state[kMeanDeformation][c][i]); });
+                    deform(X, mean, mean_deformation(b, i));
                     const P averaged = norm(mean) - length;
                     twice += real(2 * mu_) * averaged * averaged;
                 }
@@ -212,10 +211,14 @@ private:
         const Real own = b.particle_state[kNormalisation][0][i];
         return own / (own + bonds.gather(b.family_state[kNormalisation][0]));
     }
-    template <class Entry>
-    static void deform(const P X[3], P out[3], Entry F) {
-        for (int r = 0; r < 3; ++r) out[r] = F(3 * r) * X[0] + F(3 * r + 1) * X[1] + F(3 * r + 2) * X[2];
+    static Real* mean_deformation(const Block<Real>& b, std::uint32_t i) {
+        return b.particle_state[kMeanDeformation].data + packed_width(9) * i;
     }
+    template <class Entry>
+    static void deform(const P X[3], P out[3], const Entry F[9]) {
+        for (int r = 0; r < 3; ++r) out[r] = F[3 * r] * X[0] + F[3 * r + 1] * X[1] + F[3 * r + 2] * X[2];
+    }
+
     void add_spring_term(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
             P Y[3];
@@ -229,11 +232,12 @@ private:
 
     void add_both_terms(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
-            P X[3], Y[3], own[3], other[3];
+            P X[3], Y[3], F[packed_width(9)], own[3], other[3];
             bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
             bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
-            deform(X, own, [&](int c) { return P(b.particle_state[kMeanDeformation][c][i]); });
-            deform(X, other, [&](int c) { return bonds.gather(b.family_state[kMeanDeformation][c]); });
+            bonds.template gather_packed<9>(b.family_state[kMeanDeformation].data, F);
+            deform(X, own, mean_deformation(b, i));
+            deform(X, other, F);
             const P length = bonds.load(b.family.length);
             const P stiffness = live * bonds.load(b.bond_state[kStiffness]);
             const P share = own_share(b, i, bonds);

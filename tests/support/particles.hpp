@@ -37,9 +37,7 @@ public:
         }
         for (std::uint32_t k = 0; k < needs_.particle_state.size; ++k) {
             const perimpm::FieldSpec& spec = needs_.particle_state.data[k];
-            Fields<Real>& field = particle_state_.emplace_back(size(), spec.components);
-            for (std::uint32_t c = 0; c < spec.components; ++c)
-                std::fill_n(field[c], size(), static_cast<Real>(spec.initial));
+            particle_state_.push_back(Fields<Real>::of(spec, size()));
         }
         if (needs_.bonds) build_families();
         if (needs_.deformation_gradient) F_ = Fields<Real>(size(), 9), tau_ = Fields<Real>(size(), 6);
@@ -79,7 +77,7 @@ public:
         b.F = F_.view().from(first), b.tau = tau_.view().from(first), b.force = force_.view().from(first);
         for (std::size_t k = 0; k < particle_state_.size(); ++k) {
             b.family_state[k] = particle_state_[k].view();
-            b.particle_state[k] = b.family_state[k].from(first);
+            b.particle_state[k] = particle_state_[k].from(first);
         }
         for (std::size_t k = 0; k < bond_state_.size(); ++k) b.bond_state[k] = bond_state_[k].data();
         if (!needs_.bonds) return b;
@@ -136,8 +134,10 @@ private:
         bonds_ = perimpm::build_bonds(X_, whole, needs_.horizon, true);
         position_ = Array<Real>(4 * size()), reference_ = Array<Real>(4 * size());
         force_ = Fields<Real>(size(), 3);
-        for (std::size_t p = 0; p < size(); ++p)
+        for (std::size_t p = 0; p < size(); ++p) {
             for (int c = 0; c < 3; ++c) reference_[4 * p + static_cast<std::size_t>(c)] = static_cast<Real>(X_[p][c]);
+            reference_[4 * p + 3] = volume_[p];
+        }
         length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
         length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
         for (std::uint32_t k = 0; k < needs_.bond_state.size; ++k) {

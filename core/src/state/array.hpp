@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -38,24 +39,41 @@ private:
     std::size_t size_ = 0;
 };
 
-/// One field's storage: components apart, each on a 64-byte boundary, without holes between entries.
+/// One field's storage: components apart, each on a 64-byte boundary, without holes between entries; or packed, the
+/// entries side by side in whole quads.
 template <class T>
 class FieldArray {
 public:
     FieldArray() = default;
     FieldArray(std::size_t entries, std::size_t components)
         : stride_{(entries + kPad - 1) / kPad * kPad}, components_{components}, values_(stride_ * components) {}
+    static FieldArray packed(std::size_t entries, std::size_t components) {
+        FieldArray f;
+        f.stride_ = 1, f.entry_ = packed_width(components), f.components_ = components;
+        f.values_ = AlignedArray<T>(entries * f.entry_);
+        return f;
+    }
+    static FieldArray of(const FieldSpec& spec, std::size_t entries) {
+        FieldArray f = spec.packed ? packed(entries, spec.components) : FieldArray(entries, spec.components);
+        std::fill_n(f.values_.data(), f.values_.size(), static_cast<T>(spec.initial));
+        return f;
+    }
     Field<T> view() { return {values_.data(), stride_}; }
     Field<const T> view() const { return {values_.data(), stride_}; }
+    /// The view that starts at entry `first`.
+    Field<T> from(std::size_t first) { return {values_.data() + first * entry_, stride_}; }
     T* operator[](std::size_t component) { return values_.data() + component * stride_; }
     const T* operator[](std::size_t component) const { return values_.data() + component * stride_; }
     std::size_t components() const { return components_; }
+    std::size_t entry() const { return entry_; }
     std::size_t bytes() const { return values_.bytes(); }
     bool empty() const { return values_.empty(); }
 
 private:
     static constexpr std::size_t kPad = 64 / sizeof(T);
-    std::size_t stride_ = 0, components_ = 0;
+    std::size_t stride_ = 0;  ///< between the components of an entry
+    std::size_t entry_ = 1;   ///< between entries
+    std::size_t components_ = 0;
     AlignedArray<T> values_;
 };
 

@@ -35,6 +35,9 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
     require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
     require_sound(std::max(needs.particle_state.size, needs.bond_state.size) <= kMaxStateFields, spec,
                   "it declares more than 8 state fields");
+    for (std::uint32_t k = 0; k < needs.particle_state.size; ++k)
+        require_sound(needs.bonds || !needs.particle_state.data[k].packed, spec,
+                      "packed fields are for laws with bonds");
     const auto specs = spec.params->specs();
     require_sound(std::count_if(specs.begin(), specs.end(), [](const ParamSpec& p) { return p.per_particle; }) <=
                       kMaxVaryingParams,
@@ -121,15 +124,15 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     }
     for (std::uint32_t k = 0; k < m.needs.particle_state.size; ++k) {
         const FieldSpec& spec = m.needs.particle_state.data[k];
-        m.particle_state.push_back({spec, FieldArray<Real>(m.size, spec.components)});
-        for (std::uint32_t c = 0; c < spec.components; ++c)
-            std::fill_n(m.particle_state.back().values[c], m.size, static_cast<Real>(spec.initial));
+        m.particle_state.push_back({spec, FieldArray<Real>::of(spec, m.size)});
     }
     if (!m.has_bonds()) return;
     m.force = FieldArray<Real>(m.size, 3);
     m.position = AlignedArray<Real>(4 * m.size), m.reference = AlignedArray<Real>(4 * m.size);
-    for (std::size_t p = 0; p < m.size; ++p)
+    for (std::size_t p = 0; p < m.size; ++p) {
         for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];
+        m.reference[4 * p + 3] = w.volume[m.begin + p];
+    }
     m.length = bond_lengths<Real>(m.bonds, m.reference.data());
     if (w.transfer_needs.grid) m.order = AlignedArray<std::uint32_t>(m.size);
     for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {

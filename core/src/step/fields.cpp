@@ -17,13 +17,22 @@ struct Label {
 };
 
 template <class Real>
-FieldView view(Label l, Field<Real> f, std::size_t first, std::size_t size, std::size_t components) {
-    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), f.data + first, size,
-            components,        f.stride,          kType<Real>};
+FieldView view(Label l, Field<Real> f, std::size_t first, std::size_t size, std::size_t components,
+               std::size_t entry = 1) {
+    return {std::move(l.name),
+            std::move(l.unit),
+            std::move(l.doc),
+            std::move(l.source),
+            f.data + first * entry,
+            size,
+            components,
+            f.stride,
+            entry,
+            kType<Real>};
 }
 
 FieldView view(Label l, std::uint32_t* data, std::size_t size) {
-    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), data, size, 1, 0,
+    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), data, size, 1, 0, 1,
             NumberType::uint32};
 }
 
@@ -46,8 +55,8 @@ void add_own(Material<Real>& m, std::vector<FieldView>& out) {
     if (!m.force.empty())
         out.push_back(view({"force", "N", "internal force", m.law_name}, m.force.view(), 0, m.size, 3));
     for (StateField<Real>& s : m.particle_state)
-        out.push_back(
-            view({s.spec.name, s.spec.unit, s.spec.doc, m.law_name}, s.values.view(), 0, m.size, s.spec.components));
+        out.push_back(view({s.spec.name, s.spec.unit, s.spec.doc, m.law_name}, s.values.view(), 0, m.size,
+                           s.spec.components, s.values.entry()));
     for (auto& [spec, values] : m.varying)
         if (!values.empty())
             out.push_back(
@@ -63,7 +72,7 @@ void place_rows(FrameField& f, const std::uint32_t* id, const FieldView& v) {
     auto* out = reinterpret_cast<T*>(f.data.data());
     const auto* in = static_cast<const T*>(v.data);
     for (std::size_t p = 0; p < v.size; ++p)
-        for (std::size_t c = 0; c < v.components; ++c) out[id[p] * v.components + c] = in[c * v.stride + p];
+        for (std::size_t c = 0; c < v.components; ++c) out[id[p] * v.components + c] = in[c * v.stride + p * v.entry];
 }
 
 void place(FrameField& f, const std::uint32_t* id, const FieldView& v) {

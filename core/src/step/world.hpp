@@ -150,7 +150,7 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         if (!m.varying[k].second.empty()) b.param[k] = m.varying[k].second.data() + first;
     for (std::size_t k = 0; k < m.particle_state.size(); ++k) {
         b.family_state[k] = m.particle_state[k].values.view();
-        b.particle_state[k] = b.family_state[k].from(first);
+        b.particle_state[k] = m.particle_state[k].values.from(first);
     }
     for (std::size_t k = 0; k < m.bond_state.size(); ++k) b.bond_state[k] = m.bond_state[k].data();
     if (m.has_bonds()) {

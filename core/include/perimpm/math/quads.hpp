@@ -30,16 +30,17 @@ PERIMPM_INLINE Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::intege
     return __builtin_shufflevector(a, b, I...);
 }
 
-/// Entries k, k + 4, k + 8, ... of an array of quads, side by side.
-template <class Real, int N>
+/// First quads of the entries k, k + 4, k + 8, ..., side by side. Width: numbers from one entry to the next.
+template <class Real, int N, std::size_t Width>
 PERIMPM_INLINE Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
     if constexpr (N == 4) {
         Vec<Real, 4> v;
-        __builtin_memcpy(&v, quads + 4 * std::size_t{entry[0]}, sizeof v);
+        __builtin_memcpy(&v, quads + Width * std::size_t{entry[0]}, sizeof v);
         return v;
     } else {
-        return join<Real, N / 2>(every_fourth<Real, N / 2>(quads, entry),
-                                 every_fourth<Real, N / 2>(quads, entry + N / 2), std::make_integer_sequence<int, N>());
+        return join<Real, N / 2>(every_fourth<Real, N / 2, Width>(quads, entry),
+                                 every_fourth<Real, N / 2, Width>(quads, entry + N / 2),
+                                 std::make_integer_sequence<int, N>());
     }
 }
 
@@ -96,17 +97,17 @@ PERIMPM_INLINE void load_quads(const Real* from, Pack<Real> component[4]) {
     }
 }
 
-/// Components of the quads with numbers entry[lane]: whole quads are loaded, which takes a third of the instructions of
-/// loading number by number.
-template <class Real>
+/// Components of the first quads of the entries entry[lane]: whole quads are loaded, which takes a third of the
+/// instructions of loading number by number.
+template <std::size_t Width = 4, class Real>
 PERIMPM_INLINE void gather_quads(const Real* quads, const std::uint32_t* entry, Pack<Real> component[4]) {
     constexpr int N = kLanes<Real>;
     if constexpr (N < 4) {
         for (std::size_t c = 0; c < 4; ++c)
-            component[c] = Pack<Real>([&](std::size_t lane) { return quads[4 * std::size_t{entry[lane]} + c]; });
+            component[c] = Pack<Real>([&](std::size_t lane) { return quads[Width * std::size_t{entry[lane]} + c]; });
     } else {
         Pack<Real> rows[4];
-        for (int k = 0; k < 4; ++k) rows[k] = Pack<Real>(detail::every_fourth<Real, N>(quads, entry + k));
+        for (int k = 0; k < 4; ++k) rows[k] = Pack<Real>(detail::every_fourth<Real, N, Width>(quads, entry + k));
         transpose_quads<Real>(rows, component);
     }
 }

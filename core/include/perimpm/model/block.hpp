@@ -11,7 +11,8 @@ inline constexpr std::uint32_t kMaxVaryingParams = 8;
 inline constexpr std::uint32_t kSlotPadding = 16;
 
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
-/// Positions are packed by four so that a neighbour costs one load: entry j is position[4 j .. 4 j + 2].
+/// Positions are packed by four so that a neighbour costs one load: x of entry j is position[4 j .. 4 j + 2], likewise
+/// X, which V follows in reference[4 j + 3].
 /// Arrays by slot may be read up to kSlotPadding entries past their end, where neighbours are valid indices.
 template <class Real>
 struct Families {
@@ -20,7 +21,7 @@ struct Families {
     const std::uint64_t* broken = nullptr;     ///< one bit per slot; null when no criterion can break bonds
     const std::uint32_t* damage = nullptr;     ///< broken bonds of the block's particle i; null like `broken`
     const Real* position = nullptr;            ///< y of every particle of the material [m]
-    const Real* reference = nullptr;           ///< X of every particle of the material [m]
+    const Real* reference = nullptr;           ///< X and V of every particle of the material [m], [m^3]
     const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
     const Real* length = nullptr;              ///< |X| by slot, from `reference` in the same precision [m]
 

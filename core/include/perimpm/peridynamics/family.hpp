@@ -26,11 +26,17 @@ struct BondPack {
     /// Value of a per-bond field.
     Pack<Real> load(const Real* field) const { return Pack<Real>(field + slot, std::experimental::element_aligned); }
     /// Value of a field of the neighbours, indexed over the whole material.
-    Pack<Real> gather(const Real* field) const {
+    PERIMPM_INLINE Pack<Real> gather(const Real* field) const {
         return Pack<Real>([&](std::size_t lane) { return field[neighbour[lane]]; });
     }
+    /// The neighbours' entries of a packed field: Components numbers and the rest of the last quad.
+    template <std::size_t Components>
+    PERIMPM_INLINE void gather_packed(const Real* field, Pack<Real> out[packed_width(Components)]) const {
+        constexpr std::size_t width = packed_width(Components);
+        for (std::size_t q = 0; q < width; q += 4) gather_quads<width>(field + q, neighbour, out + q);
+    }
     /// Vectors from the particle at `own` to its neighbours; both in arrays packed by four.
-    void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
+    PERIMPM_INLINE void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
         Pack<Real> quad[4];
         gather_quads(packed, neighbour, quad);
         for (int c = 0; c < 3; ++c) out[c] = quad[c] - own[c];

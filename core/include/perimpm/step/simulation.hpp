@@ -12,12 +12,12 @@
 
 namespace perimpm {
 
-/// A particle field without a copy: component c of particle i is data[c * stride + i], in `bytes` per number.
+/// A particle field without a copy: component c of particle i is data[c * stride + i * entry], in `bytes` per number.
 struct FieldView {
     std::string name, unit, doc;
     std::string source;  ///< who computes it: "core", or the model
     void* data;
-    std::size_t size, components, stride;
+    std::size_t size, components, stride, entry;
     NumberType type;
 };
 
