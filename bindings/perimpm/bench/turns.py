@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from perimpm import InputError
 
@@ -27,9 +27,9 @@ QUIET = 0.05  #: of one processor: a turn with more foreign work than that is no
 
 def serve(
     greeting: Mapping[str, Any],
-    run: Callable[[int], None],
+    run: Callable[[int], object],
     check: Callable[[], Mapping[str, Any]],
-    prepare: Callable[[int], None] = lambda steps: None,
+    prepare: Callable[[int], object] = lambda steps: None,
     processes: int = 1,
 ) -> None:
     """The engine's side. `prepare` is not timed; `run` returns when its steps are done. `processes`: that work alike."""
@@ -143,9 +143,9 @@ class Engine:
             if line.startswith("{"):  # libraries print banners
                 answer: Tree = json.loads(line)
                 return answer
-        return self._fail()
+        self._fail()
 
-    def _fail(self) -> Any:
+    def _fail(self) -> NoReturn:
         self._process.wait()
         self._errors.seek(0)
         text = self._errors.read().strip()
