@@ -86,6 +86,13 @@ def test_refusals(words: list[str], said: str, capsys: pytest.CaptureFixture[str
     assert said in capsys.readouterr().err
 
 
+def test_limits_need_a_compiler(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("PERIMPM_BENCH", str(PEERS))
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert main(["bench", "throughput", "--side", "4", "--limits"]) == 2
+    assert "no C++ compiler 'c++' in PATH" in capsys.readouterr().err
+
+
 def test_missing_peers_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("perimpm.bench.peers._installed", lambda package: False)
     monkeypatch.setenv("PERIMPM_BENCH", str(PEERS))

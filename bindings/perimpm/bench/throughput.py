@@ -153,9 +153,11 @@ def _add_bound(report: Result, run: Run, limits: dict[str, float] | None) -> Non
     if run.workload == "pd-cube":
         bound: Result | None = bond_bound(limits, run.precision)
     else:
-        bound = block_bound(limits, run.transfer, run.order, run.precision)
+        local = report["bonds"] == 0
+        bound = block_bound(limits, run.transfer, run.order, run.precision) if local else None
+    report["limits"] = limits
     if bound:
-        report |= {"lower_bound_ns": bound["ns"], "lower_bound": bound, "limits": limits}
+        report |= {"lower_bound_ns": bound["ns"], "lower_bound": bound}
 
 
 def _print(report: Result, results: Sequence[Result]) -> None:
@@ -189,11 +191,13 @@ def _print(report: Result, results: Sequence[Result]) -> None:
 
 
 def _bound_line(report: Result, ns: float | None) -> str:
+    if "limits" not in report:
+        return "lower bound: not measured (--limits measures it)"
     if report["lower_bound_ns"] is None or ns is None:
-        return "lower bound: not measured (--limits measures it)" if "limits" not in report else "lower bound: not known"
+        return "lower bound: not known for this law and transfer"
     bound = report["lower_bound"]
     parts = ", ".join(f"{key[:-3]} {value:.3g} ns" for key, value in bound.items() if key.endswith("_ns"))
-    return f"lower bound {bound['ns']:.3g} ns by {bound['by']} ({parts}): {bound['ns'] / ns:.0%} of the time taken"
+    return f"lower bound {bound['ns']:.3g} ns by {bound['by']} ({parts}): {bound['ns'] / ns:.0%} of the {ns:.3g} ns taken"
 
 
 def _write_json(path: str, content: Result) -> None:

@@ -42,7 +42,7 @@ TWO_MU, LAMBDA = constant(YOUNG / (1 + POISSON)), constant(YOUNG * POISSON / ((1
 MASS = constant(DENSITY * (SPACING / 2) ** 3)
 STRESS = constant(-STEP * (SPACING / 2) ** 3 * 4 * CELLS**2)  # of the affine momentum by Kirchhoff stress
 ZERO, HALF, ONE, THREE_QUARTERS, ONE_AND_A_HALF = (constant(c) for c in (0.0, 0.5, 1.0, 0.75, 1.5))
-FOUR = constant(4.0)
+TWO, FOUR = constant(2.0), constant(4.0)
 WALL_LOW, WALL_HIGH = wp.constant(3), wp.constant(LAST)
 
 
@@ -81,10 +81,11 @@ def scatter(x: wp.array(dtype=vec3), v: wp.array(dtype=vec3), C: wp.array(dtype=
     F[p] = F[p] + DT * (C[p] * F[p])
     flow = STRESS * kirchhoff(F[p]) + MASS * C[p]
     start = MASS * v[p] - flow * (d * DX)
+    offset = vec3(ZERO, ONE, TWO)
     for i in range(3):
         for j in range(3):
             for k in range(3):
-                momentum = start + flow * (vec3(real(i), real(j), real(k)) * DX)
+                momentum = start + flow * (vec3(offset[i], offset[j], offset[k]) * DX)
                 weight = wx[i] * wy[j] * wz[k]
                 share = weight * vec4(momentum[0], momentum[1], momentum[2], MASS)
                 wp.atomic_add(grid, node[0] + i, node[1] + j, node[2] + k, share)
@@ -122,6 +123,7 @@ def gather(x: wp.array(dtype=vec3), v: wp.array(dtype=vec3), C: wp.array(dtype=m
     d = from_node(x[p] * INVERSE_DX, node)
     wx, wy, wz = spline(d[0]), spline(d[1]), spline(d[2])
     velocity = vec3(ZERO, ZERO, ZERO)
+    offset = vec3(ZERO, ONE, TWO)
     moment = mat33(ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
     for i in range(3):
         for j in range(3):
@@ -129,7 +131,7 @@ def gather(x: wp.array(dtype=vec3), v: wp.array(dtype=vec3), C: wp.array(dtype=m
                 q = grid[node[0] + i, node[1] + j, node[2] + k]
                 share = wx[i] * wy[j] * wz[k] * vec3(q[0], q[1], q[2])
                 velocity = velocity + share
-                moment = moment + wp.outer(share, vec3(real(i), real(j), real(k)) - d)
+                moment = moment + wp.outer(share, vec3(offset[i], offset[j], offset[k]) - d)
     v[p] = velocity
     C[p] = FOUR * INVERSE_DX * moment
     x[p] = x[p] + DT * velocity
