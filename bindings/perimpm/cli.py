@@ -73,7 +73,7 @@ def _render(args: argparse.Namespace) -> None:
 
 
 def _bench(args: argparse.Namespace) -> None:
-    from .bench import throughput
+    from .bench.throughput import throughput
 
     throughput(args)
 
@@ -147,12 +147,17 @@ def _add_bench(verb: argparse.ArgumentParser) -> None:
     throughput.add_argument("--transfer", metavar="NAME", help="transfer model; default: apic or particle")
     throughput.add_argument("--order", type=int, choices=(1, 2, 3), default=2, help="B-spline degree; default 2")
     throughput.add_argument("--precision", choices=("float", "double"), default="float")
-    throughput.add_argument("--threads", type=int, default=0, metavar="N")
+    throughput.add_argument("--threads", type=int, default=0, metavar="N", help="0, the default: every core")
     throughput.add_argument("--side", type=_positive, metavar="N", help="cells or particles along an edge; default 23 or 46")
-    throughput.add_argument("--steps", type=_positive, default=50, metavar="N", help="steps of a timed block")
-    throughput.add_argument("--reps", type=_positive, default=3, metavar="N", help="timed blocks; the median counts")
-    throughput.add_argument("--json", metavar="FILE", help="write the result there, too")
-    throughput.add_argument("--peers", action="store_true", help="run the same workload in Taichi, interleaved")
+    throughput.add_argument("--steps", type=_positive, metavar="N", help="steps of a timed block; default 50 or 20")
+    throughput.add_argument(
+        "--reps", type=_positive, default=7, metavar="N", help="timed blocks, at least 5; the median counts; default 7"
+    )
+    throughput.add_argument("--peers", action="store_true", help="run the installed peers, too, in turns with perimpm")
+    throughput.add_argument("--limits", action="store_true", help="measure what the machine can do, too (needs c++)")
+    throughput.add_argument(
+        "--json", metavar="FILE", nargs="?", const="-", help="write the result there; without FILE: print it as JSON"
+    )
     throughput.set_defaults(action=_bench)
 
 

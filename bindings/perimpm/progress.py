@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -89,10 +89,15 @@ def _lines() -> Report:
 
 def pass_table(simulation: Simulation) -> Table:
     """Calls, seconds, share and ns per particle-step of every pass."""
-    times = simulation.pass_times
-    total = sum(p.seconds for p in times) or 1.0
-    per = 1e9 / max(simulation.plan.particles * simulation.steps, 1)
-    rows = [(p.name, str(p.calls), f"{p.seconds:.2f}", f"{p.seconds / total:.1%}", f"{p.seconds * per:.1f}") for p in times]
-    rows.append(("all", str(simulation.steps), f"{total:.2f}", "", f"{total * per:.1f}"))
+    times = [(p.name, p.calls, p.seconds) for p in simulation.pass_times]
+    return times_table(times, simulation.plan.particles, simulation.steps)
+
+
+def times_table(times: Sequence[tuple[str, int, float]], particles: int, steps: int) -> Table:
+    """The same from names, calls and seconds."""
+    total = sum(seconds for _, _, seconds in times) or 1.0
+    per = 1e9 / max(particles * steps, 1)
+    rows = [(name, str(calls), f"{s:.2f}", f"{s / total:.1%}", f"{s * per:.1f}") for name, calls, s in times]
+    rows.append(("all", str(steps), f"{total:.2f}", "", f"{total * per:.1f}"))
     columns = ("pass", "calls", "total [s]", "share", "ns per particle-step")
     return table("time per pass", columns, rows, numbers=columns[1:])

@@ -126,6 +126,38 @@ def test_no_colliders_no_pass() -> None:
     assert "particle collisions" in probe(block(LOCAL, collider=[floor])).passes
 
 
+@pytest.mark.parametrize(("law", "checked"), [(LOCAL, set()), (PD_BOND, {"pd_bond.so"})])
+def test_material_without_bodies_is_not_there(law: Tree, checked: set[str]) -> None:
+    """A law that nobody uses is opened to check its parameters, and that is all."""
+    tree = block(LOCAL)
+    tree["material"]["unused"] = {"density": 2000.0, "constitutive": dict(law)}
+    seen, plain = probe(tree), probe(block(LOCAL))
+    assert set(seen.libraries) ^ set(plain.libraries) == checked
+    assert (seen.fields, seen.arrays, seen.passes, seen.bytes) == (plain.fields, plain.arrays, plain.passes, plain.bytes)
+
+
+def test_critical_stretch_adds_its_own_only() -> None:
+    """The rest of the elastic block is the same with and without."""
+    plain = probe(block(PD_ELASTIC))
+    tree = block(PD_ELASTIC)
+    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.9}
+    seen = probe(tree)
+    assert set(seen.libraries) - set(plain.libraries) == {"critical_stretch.so"}
+    assert set(seen.fields) - set(plain.fields) == {"broken_bonds"}
+    assert set(seen.arrays) - set(plain.arrays) == {"m.bonds.broken"}
+    assert set(seen.passes) - set(plain.passes) == {"fracture"}
+    for part in ("libraries", "fields", "arrays", "passes"):
+        assert set(getattr(plain, part)) < set(getattr(seen, part))
+    assert {name: seen.bytes[name] for name in plain.arrays} == plain.bytes
+
+
+def test_collider_adds_its_own_only() -> None:
+    floor = {"shape": {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]}}
+    plain, seen = probe(block(LOCAL)), probe(block(LOCAL, collider=[floor]))
+    assert set(seen.passes) - set(plain.passes) == {"particle collisions"}
+    assert (seen.libraries, seen.fields, seen.bytes) == (plain.libraries, plain.fields, plain.bytes)
+
+
 def test_explain_says_the_same() -> None:
     plan = perimpm.Simulation(block(PD_ELASTIC)).plan
     assert any("SVD" in item.what for item in plan.skipped)

@@ -1,23 +1,25 @@
 """The workload mpm-block of `perimpm bench throughput` in Taichi: MLS-MPM, APIC, quadratic B-splines, fixed corotated.
 
-Prints one JSON line with the wall time per step of each timed block. Grid work is limited to the block's surroundings,
-as on a sparse grid.
+Forms: --polar svd, as published Taichi codes have it, or newton, Higham's iteration; --scatter atomic over all threads, or
+serial on one, which needs no atomic additions (the default with one thread). Grid work is limited to the nodes around the
+particles, as on a sparse grid. For the protocol see perimpm.bench.turns.
 """
 
 import argparse
-import json
-import time
 
 import numpy as np
 import taichi as ti
+
+from perimpm.bench.turns import serve
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--side", type=int, default=23)
 parser.add_argument("--threads", type=int, default=1)
 parser.add_argument("--precision", choices=("float", "double"), default="float")
-parser.add_argument("--steps", type=int, default=50)
-parser.add_argument("--reps", type=int, default=3)
+parser.add_argument("--polar", choices=("svd", "newton"), default="svd")
+parser.add_argument("--scatter", choices=("atomic", "serial"))
 args = parser.parse_args()
+args.scatter = args.scatter or ("serial" if args.threads == 1 else "atomic")
 
 real = ti.f32 if args.precision == "float" else ti.f64
 dtype = np.float32 if args.precision == "float" else np.float64
@@ -29,6 +31,8 @@ YOUNG, POISSON = 1e5, 0.3
 MU, LAMBDA = YOUNG / (2 * (1 + POISSON)), YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
 VOLUME = (DX / 2) ** 3
 MASS = DENSITY * VOLUME
+NEWTON = 5  # iterations: double precision for the stretches of this workload
+FASTEST = 4.0  # m/s, above every particle's speed
 count = 8 * args.side**3
 
 x = ti.Vector.field(3, real, count)
@@ -36,9 +40,6 @@ v = ti.Vector.field(3, real, count)
 affine = ti.Matrix.field(3, 3, real, count)
 F = ti.Matrix.field(3, 3, real, count)
 grid = ti.Vector.field(4, real, (CELLS, CELLS, CELLS))  # momentum or velocity, mass
-
-side0 = 64 - args.side // 2
-low, high = (side0 - 6, 0, side0 - 6), (side0 + args.side + 7, args.side + 10, side0 + args.side + 7)
 
 
 @ti.func
@@ -48,37 +49,42 @@ def spline(d):
 
 @ti.func
 def kirchhoff(deformation):
-    u, s, w = ti.svd(deformation)
-    j = s[0, 0] * s[1, 1] * s[2, 2]
-    rotation = u @ w.transpose()
+    j = deformation.determinant()
+    rotation = deformation
+    if ti.static(args.polar == "svd"):
+        u, _, w = ti.svd(deformation)
+        rotation = u @ w.transpose()
+    else:
+        for _ in ti.static(range(NEWTON)):
+            rotation = 0.5 * (rotation + rotation.inverse().transpose())
     return 2 * MU * (deformation - rotation) @ deformation.transpose() + ti.Matrix.identity(real, 3) * LAMBDA * j * (j - 1)
 
 
 @ti.kernel
-def clear():
-    for i, j, k in ti.ndrange((low[0], high[0]), (low[1], high[1]), (low[2], high[2])):
+def clear(a: ti.types.ndarray(ti.i32, 1), b: ti.types.ndarray(ti.i32, 1)):
+    for i, j, k in ti.ndrange((a[0], b[0]), (a[1], b[1]), (a[2], b[2])):
         grid[i, j, k] = ti.Vector.zero(real, 4)
 
 
 @ti.kernel
 def scatter():
-    ti.loop_config(serialize=args.threads == 1)  # one thread needs no atomics
+    ti.loop_config(serialize=args.scatter == "serial")
     for p in range(count):
         base = ti.floor(x[p] / DX - 0.5, ti.i32)
         d = x[p] / DX - base.cast(real)
         w = spline(d)
         F[p] += DT * affine[p] @ F[p]
         flow = MASS * affine[p] - DT * VOLUME * 4 / DX**2 * kirchhoff(F[p])
+        start = MASS * v[p] - flow @ (d * DX)
         for i, j, k in ti.static(ti.ndrange(3, 3, 3)):
-            arm = (ti.Vector([i, j, k], dt=real) - d) * DX
-            momentum = MASS * v[p] + flow @ arm
+            momentum = start + flow @ (ti.Vector([i, j, k], dt=real) * DX)
             weight = w[i, 0] * w[j, 1] * w[k, 2]
             grid[base + ti.Vector([i, j, k])] += weight * ti.Vector([momentum.x, momentum.y, momentum.z, MASS])
 
 
 @ti.kernel
-def update():
-    for i, j, k in ti.ndrange((low[0], high[0]), (low[1], high[1]), (low[2], high[2])):
+def update(a: ti.types.ndarray(ti.i32, 1), b: ti.types.ndarray(ti.i32, 1)):
+    for i, j, k in ti.ndrange((a[0], b[0]), (a[1], b[1]), (a[2], b[2])):
         node = grid[i, j, k]
         if node.w > 0:
             velocity = ti.Vector([node.x, node.y, node.z]) / node.w
@@ -112,7 +118,7 @@ def gather():
 
 def start():
     cells = np.arange(args.side)
-    corner = np.array([side0, 4, side0])
+    corner = np.array([64 - args.side // 2, 4, 64 - args.side // 2])
     within = np.stack(np.meshgrid(*[[0.25, 0.75]] * 3, indexing="ij"), -1).reshape(-1, 3)
     cell = np.stack(np.meshgrid(cells, cells, cells, indexing="ij"), -1).reshape(-1, 1, 3)
     x.from_numpy(((corner + cell + within).reshape(-1, 3) * DX).astype(dtype))
@@ -120,22 +126,30 @@ def start():
     F.from_numpy(np.tile(np.eye(3, dtype=dtype), (count, 1, 1)))
 
 
+low, high = np.zeros(3, np.int32), np.zeros(3, np.int32)
+
+
+def surround(steps):
+    """Nodes that particles can reach in that many steps; one step more for those that are left behind."""
+    now, reach = x.to_numpy() / DX, 2 + int(np.ceil(FASTEST * DT * (steps + 1) / DX))
+    low[:] = np.maximum(np.floor(now.min(axis=0)) - reach, 0)
+    high[:] = np.minimum(np.ceil(now.max(axis=0)) + reach + 1, CELLS)
+
+
 def run(steps):
     for _ in range(steps):
-        clear()
+        clear(low, high)
         scatter()
-        update()
+        update(low, high)
         gather()
     ti.sync()
 
 
+def check():
+    return {"y": float(x.to_numpy()[:, 1].mean(dtype=np.float64)), "vy": float(v.to_numpy()[:, 1].mean(dtype=np.float64))}
+
+
 start()
-run(20)
-seconds = []
-for _ in range(args.reps):
-    begin = time.perf_counter()
-    run(args.steps)
-    seconds.append((time.perf_counter() - begin) / args.steps)
-name = "taichi " + ".".join(map(str, ti.__version__)) + " (SVD)"
-check = {"y": float(x.to_numpy()[:, 1].mean(dtype=np.float64)), "vy": float(v.to_numpy()[:, 1].mean(dtype=np.float64))}
-print(json.dumps({"name": name, "particles": count, "bonds": 0, "seconds_per_step": seconds, "check": check}))
+form = ", ".join([args.polar] + ([f"{args.scatter} scatter"] if args.threads > 1 else []))
+version = ".".join(map(str, ti.__version__))
+serve({"name": f"taichi ({form})", "version": version, "particles": count, "bonds": 0}, run, check, surround)

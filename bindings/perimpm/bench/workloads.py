@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
-
-from .simulation import Simulation
 
 
 @dataclass(frozen=True)
 class Workload:
-    """A scene, what to write into the particles before the first step, and how many steps to warm up."""
+    """A scene, the velocity gradient [1/s] to add before the first step, and how many steps to warm up and to time."""
 
     scene: dict[str, Any]
-    start: Callable[[Simulation], None]
+    velocity_gradient: list[list[float]] | None
     warm_up: int
+    steps: int
 
 
 def mpm_block(side: int, law: str, transfer: str, order: int, precision: str) -> Workload:
     """Cube of `side` cells in the unit cube of 128 cells, 8 particles per cell, falling at 2 m/s."""
     dx = 1.0 / 128
-    low = np.array([64 - side // 2, 4, 64 - side // 2]) * dx
+    low = [cell * dx for cell in (64 - side // 2, 4, 64 - side // 2)]
     constitutive: dict[str, Any] = {"type": law, "youngs_modulus": 1.0e5}
     if law.startswith("pd_"):
         constitutive["horizon"] = 2.01  # spacings
@@ -46,13 +42,13 @@ def mpm_block(side: int, law: str, transfer: str, order: int, precision: str) ->
         "body": [
             {
                 "material": "jelly",
-                "shape": {"type": "box", "min": low, "max": low + side * dx},
+                "shape": {"type": "box", "min": low, "max": [c + side * dx for c in low]},
                 "particle_spacing": dx / 2,
                 "initial_velocity": [0.0, -2.0, 0.0],
             }
         ],
     }
-    return Workload(scene, lambda simulation: None, warm_up=20)
+    return Workload(scene, None, warm_up=20, steps=50)
 
 
 def pd_cube(side: int, law: str, transfer: str, precision: str) -> Workload:
@@ -87,14 +83,10 @@ def pd_cube(side: int, law: str, transfer: str, precision: str) -> Workload:
                 "material": "glass",
                 "shape": {"type": "box", "min": [-half] * 3, "max": [side * dx - half] * 3},
                 "particle_spacing": dx,
+                "initial_velocity": [-5.0, 3.0, 0.0],
             }
         ],
     }
-
-    def start(simulation: Simulation) -> None:
-        x, v = simulation.particles["x"], simulation.particles["v"]
-        length = side * dx
-        v[:, 0] = -5.0 + 10.0 * x[:, 0] / length
-        v[:, 1] = 3.0 - 6.0 * x[:, 1] / length
-
-    return Workload(scene, start, warm_up=5)
+    length = side * dx
+    gradient = [[10.0 / length, 0.0, 0.0], [0.0, -6.0 / length, 0.0], [0.0, 0.0, 0.0]]
+    return Workload(scene, gradient, warm_up=5, steps=20)

@@ -1,0 +1,1 @@
+"""`perimpm bench`: measured speed, beside peers and beside what the machine can do."""

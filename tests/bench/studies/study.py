@@ -1,0 +1,67 @@
+"""What the studies share: options, and files that name the command that made them."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import shlex
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt  # noqa: E402  (needs no display)
+from matplotlib.figure import Figure  # noqa: E402
+
+FOLDER = Path(os.environ.get("PERIMPM_STUDIES", Path(__file__).parent))
+
+
+def command() -> str:
+    return shlex.join(["python", f"tests/bench/studies/{Path(sys.argv[0]).name}", *sys.argv[1:]])
+
+
+def add_machine(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--precision", choices=("float", "double"), default="float")
+    parser.add_argument("--reps", type=int, default=7, help="rounds")
+
+
+def write_csv(name: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """The first line names the command."""
+    with open(FOLDER / f"{name}.csv", "w", newline="") as file:
+        file.write(f"# {command()}\n")
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(rows)
+    print((FOLDER / f"{name}.csv").read_text(), end="")
+
+
+def plot(name: str, x: Sequence[float], series: Mapping[str, Sequence[object]], label: str) -> None:
+    """One panel for each series over a logarithmic axis."""
+    figure, axes = plt.subplots(1, len(series), figsize=(4.2 * len(series), 3.4), squeeze=False)
+    for panel, (title, values) in zip(axes[0], series.items()):
+        panel.semilogx(x, values, "o-")
+        panel.set(xlabel=label, ylabel=title, ylim=(0, None))
+        panel.grid(alpha=0.3)
+    _save(figure, name)
+
+
+def bars(name: str, labels: Sequence[str], numbers: Sequence[Sequence[float]]) -> None:
+    """Medians with the range of the rounds; 1 is no cost."""
+    middle, low, high = numbers
+    figure, panel = plt.subplots(figsize=(6.4, 3.4))
+    ends = [[m - a for m, a in zip(middle, low)], [b - m for m, b in zip(middle, high)]]
+    panel.errorbar(middle, range(len(labels)), xerr=ends, fmt="o", capsize=4)
+    panel.axvline(1.0, color="gray", linewidth=1)
+    panel.set(xlabel="time with / without, median and range of the rounds", yticks=range(len(labels)), yticklabels=labels)
+    panel.invert_yaxis()
+    _save(figure, name)
+
+
+def _save(figure: Figure, name: str) -> None:
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    figure.text(0.01, 0.01, command(), fontsize=6, family="monospace")
+    figure.savefig(FOLDER / f"{name}.png", dpi=110)
