@@ -83,7 +83,7 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i) {
             const Real* own = b.family.position + 4 * std::size_t{b.first + i};
             P f[3] = {P(0), P(0), P(0)};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
                 const P relative = live * relative_extension(Y, bonds.load(b.family.length));
@@ -106,7 +106,7 @@ public:
     double energy(const Block<Real>& b) const override {
         double total = 0;
         for (std::uint32_t i = 0; i < b.size; ++i)
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P extension = norm(Y) - bonds.load(b.family.length);

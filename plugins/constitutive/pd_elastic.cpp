@@ -15,8 +15,7 @@
     Defaults by measurement (tests/verification/README.md): constant w^ instead of the paper's linear one, horizon 3.015 and
     `surface = "family"`, because on a lattice linear w^ and short horizons make E along the axes up to 22 % too large;
     mu = lambda/10, because ratios near 1 feed energy where no grid damps it. */
-#include <Eigen/Eigenvalues>
-
+#include "perimpm/math/pseudo_inverse.hpp"
 #include "perimpm/peridynamics/family.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -67,8 +66,12 @@ enum ParticleState { kNormalisation, kShapeInverse, kMeanDeformation };
 constexpr FieldSpec kParticleState[] = {
     {.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V"},
     {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"},
-    {.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major", .packed = true},
+    {.name = "mean_deformation",
+     .components = 16,
+     .doc = "F- of (4), row-major; then the normalisation, X and x: one cache line of single precision",
+     .packed = true},
 };
+enum Mean { kNormal = 9, kX = 10, kx = 13, kMean = 16 };
 enum BondState { kStiffness };
 constexpr FieldSpec kBondState[] = {
     {.name = "stiffness", .unit = "m", .doc = "(w_p + w_q) V_p V_q / |X|^2; times lambda: N/m"},
@@ -134,7 +137,7 @@ public:
             const Real* own = b.family.position + 4 * std::size_t{b.first + i};
             const Real* own_reference = b.family.reference + 4 * std::size_t{b.first + i};
             P A[9] = {};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P X[4], Y[3];
                 bonds.template gather_packed<4>(b.family.reference, X);
                 bonds.difference(b.family.position, own, Y);
@@ -151,6 +154,8 @@ public:
                 F[3 * r + 1] = x * K[1][i] + y * K[3][i] + z * K[4][i];
                 F[3 * r + 2] = x * K[2][i] + y * K[4][i] + z * K[5][i];
             }
+            F[kNormal] = b.particle_state[kNormalisation][0][i];
+            for (int c = 0; c < 3; ++c) F[kX + c] = own_reference[c], F[kx + c] = own[c];
         }
     }
 
@@ -177,7 +182,7 @@ public:
     double energy(const Block<Real>& b) const override {
         double total = 0;
         for (std::uint32_t i = 0; i < b.size; ++i)
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P length = bonds.load(b.family.length);
@@ -190,7 +195,8 @@ public:
                     const P averaged = norm(mean) - length;
                     twice += real(2 * mu_) * averaged * averaged;
                 }
-                const P share = own_share(b, i, bonds);
+                const Real* normalisation = b.family_state[kNormalisation][0];
+                const P share = own_share(normalisation[b.first + i], bonds.gather(normalisation));
                 total += 0.5 * static_cast<double>(
                                    reduce(live * share * bonds.load(b.bond_state[kStiffness]) * twice));  // (5)
             });
@@ -205,49 +211,49 @@ private:
         return linear_ ? T(1) - X * T(Scalar<T>(1 / horizon_)) : T(1);
     }
 
-    /// w_p / (w_p + w_q).
-    P own_share(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds) const {
-        if (!own_family_) return P(Real(0.5));
-        const Real own = b.particle_state[kNormalisation][0][i];
-        return own / (own + bonds.gather(b.family_state[kNormalisation][0]));
-    }
+    /// w_p / (w_p + w_q), from the normalisations.
+    P own_share(Real own, const P& other) const { return own_family_ ? own / (own + other) : P(Real(0.5)); }
     static Real* mean_deformation(const Block<Real>& b, std::uint32_t i) {
-        return b.particle_state[kMeanDeformation].data + packed_width(9) * i;
+        return b.particle_state[kMeanDeformation].data + kMean * i;
     }
     template <class Entry>
-    static void deform(const P X[3], P out[3], const Entry F[9]) {
+    PERIMPM_INLINE static void deform(const P X[3], P out[3], const Entry F[9]) {
         for (int r = 0; r < 3; ++r) out[r] = F[3 * r] * X[0] + F[3 * r + 1] * X[1] + F[3 * r + 2] * X[2];
     }
 
     void add_spring_term(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
-        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+        const Real* position = b.family.position + 4 * std::size_t{b.first + i};
+        const P lambda = real(lambda_);
+        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P Y[3];
-            bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+            bonds.difference(b.family.position, position, Y);
             const P relative = live * relative_extension(Y, bonds.load(b.family.length));
-            const P pull = bonds.load(b.bond_state[kStiffness]) * real(lambda_) * relative;  // (6), second term, (7)
+            const P pull = lambda * bonds.load(b.bond_state[kStiffness]) * relative;  // (6), second term, (7)
             extension = larger(extension, relative);
             for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
         });
     }
 
     void add_both_terms(const Block<Real>& b, std::uint32_t i, P f[3], P& extension) const {
-        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
-            P X[3], Y[3], F[packed_width(9)], own[3], other[3];
-            bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-            bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
-            bonds.template gather_packed<9>(b.family_state[kMeanDeformation].data, F);
-            deform(X, own, mean_deformation(b, i));
-            deform(X, other, F);
+        const Real* mean = mean_deformation(b, i);
+        const P lambda = real(lambda_), two_mu = real(2 * mu_);
+        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P other_mean[kMean], X[3], Y[3], own[3], other[3];
+            bonds.template gather_packed<kMean>(b.family_state[kMeanDeformation].data, other_mean);
+            for (int c = 0; c < 3; ++c) {
+                X[c] = other_mean[kX + c] - mean[kX + c];
+                Y[c] = other_mean[kx + c] - mean[kx + c];
+            }
+            deform(X, own, mean);
+            deform(X, other, other_mean);
             const P length = bonds.load(b.family.length);
             const P stiffness = live * bonds.load(b.bond_state[kStiffness]);
-            const P share = own_share(b, i, bonds);
+            const P bending = two_mu * stiffness, share = own_share(mean[kNormal], other_mean[kNormal]);
             const P relative = live * relative_extension(Y, length);
-            const P spring = stiffness * real(lambda_) * relative;  // (6), second term
             extension = larger(extension, relative);
-            const P from_own =
-                stiffness * share * real(2 * mu_) * relative_extension(own, length);  // (6), first term of T<p,q>
-            const P from_other =
-                stiffness * (P(1) - share) * real(2 * mu_) * relative_extension(other, length);  // and of -T<q,p>
+            const P spring = lambda * stiffness * relative;                                     // (6), second term
+            const P from_own = bending * share * relative_extension(own, length);               // first, of T<p,q>
+            const P from_other = bending * (P(1) - share) * relative_extension(other, length);  // and of -T<q,p>
             for (int c = 0; c < 3; ++c) f[c] += spring * Y[c] + from_own * own[c] + from_other * other[c];  // (7)
         });
     }
@@ -284,11 +290,7 @@ private:
             K += influence(X.norm()) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]) * X *
                  X.transpose();
         }
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(K);
-        const Eigen::Vector3d k = eigen.eigenvalues();
-        Eigen::Vector3d inverse;
-        for (int c = 0; c < 3; ++c) inverse[c] = k[c] > kSingular * k[2] ? 1 / k[c] : 0;
-        const Eigen::Matrix3d pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+        const Eigen::Matrix3d pseudo = pseudo_inverse(K, kSingular);
         constexpr int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
         for (int c = 0; c < 6; ++c)
             b.particle_state[kShapeInverse][c][i] = static_cast<Real>(pseudo(row[c], column[c]));

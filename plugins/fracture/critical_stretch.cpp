@@ -35,7 +35,7 @@ public:
         using P = Pack<Real>;
         for (std::uint32_t i = 0; i < b.size; ++i) {
             const Real* own = b.family.position + 4 * std::size_t{b.first + i};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) {
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
                 const P longest = limit_ * bonds.load(b.family.length);

@@ -30,17 +30,33 @@ PERIMPM_INLINE Vec<Real, 2 * N> join(Vec<Real, N> a, Vec<Real, N> b, std::intege
     return __builtin_shufflevector(a, b, I...);
 }
 
+template <class Real>
+PERIMPM_INLINE Vec<Real, 4> load_quad(const Real* quad) {
+    Vec<Real, 4> v;
+    __builtin_memcpy(&v, quad, sizeof v);
+    return v;
+}
+
 /// First quads of the entries k, k + 4, k + 8, ..., side by side. Width: numbers from one entry to the next.
 template <class Real, int N, std::size_t Width>
 PERIMPM_INLINE Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t* entry) {
     if constexpr (N == 4) {
-        Vec<Real, 4> v;
-        __builtin_memcpy(&v, quads + Width * std::size_t{entry[0]}, sizeof v);
-        return v;
+        return load_quad(quads + Width * std::size_t{entry[0]});
     } else {
         return join<Real, N / 2>(every_fourth<Real, N / 2, Width>(quads, entry),
                                  every_fourth<Real, N / 2, Width>(quads, entry + N / 2),
                                  std::make_integer_sequence<int, N>());
+    }
+}
+
+/// The same quad N/4 times.
+template <class Real, int N>
+PERIMPM_INLINE Vec<Real, N> repeat_quad(const Real quad[4]) {
+    if constexpr (N == 4) {
+        return load_quad(quad);
+    } else {
+        const Vec<Real, N / 2> half = repeat_quad<Real, N / 2>(quad);
+        return join<Real, N / 2>(half, half, std::make_integer_sequence<int, N>());
     }
 }
 

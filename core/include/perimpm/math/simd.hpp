@@ -7,6 +7,7 @@
 
 /// For the small functions of inner loops: a call there costs more than the function, and compilers do not always see it.
 #define PERIMPM_INLINE [[gnu::always_inline]] inline
+#define PERIMPM_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace perimpm {
 

@@ -43,28 +43,29 @@ struct BondPack {
     }
 };
 
+/// 1 for the live bonds among `size` from `slot` on, 0 for broken ones and for the remaining lanes.
+template <class Real>
+Pack<Real> live_bonds(const Families<Real>& f, std::uint32_t slot, std::uint32_t size, bool damaged) {
+    if (!damaged) return select(first_lanes<Real>(size), Pack<Real>(1), Pack<Real>(0));
+    return Pack<Real>([&](std::uint32_t lane) { return lane < size && !f.is_broken(slot + lane) ? Real(1) : Real(0); });
+}
+
 /// Calls body(pack, live) for the bonds of the block's particle i; `live` is 1 for whole bonds, 0 for broken ones and
-/// for lanes beyond the pack's size.
+/// for lanes beyond the pack's size. Undamaged families read no flags.
 template <class Real, class Body>
 PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
     constexpr std::uint32_t lanes = kLanes<Real>;
     static_assert(lanes <= kSlotPadding);
-    const auto& f = b.family;
+    const Families<Real>& f = b.family;
     const std::uint32_t end = f.row[i + 1];
+    const bool damaged = f.damage && f.damage[i] > 0;
     std::uint32_t slot = f.row[i];
-    if (f.damage && f.damage[i] > 0) {
-        for (; slot < end; slot += lanes) {
-            const std::uint32_t size = std::min(lanes, end - slot);
-            body(BondPack<Real>{slot, size, f.neighbour + slot}, Pack<Real>([&](std::uint32_t lane) {
-                     return lane < size && !f.is_broken(slot + lane) ? Real(1) : Real(0);
-                 }));
-        }
-        return;
+    for (; !damaged && slot + lanes <= end; slot += lanes)
+        body(BondPack<Real>{slot, lanes, f.neighbour + slot}, Pack<Real>(1));
+    for (; slot < end; slot += lanes) {
+        const std::uint32_t size = std::min(lanes, end - slot);
+        body(BondPack<Real>{slot, size, f.neighbour + slot}, live_bonds(f, slot, size, damaged));
     }
-    for (; slot + lanes <= end; slot += lanes) body(BondPack<Real>{slot, lanes, f.neighbour + slot}, Pack<Real>(1));
-    if (slot < end)
-        body(BondPack<Real>{slot, end - slot, f.neighbour + slot},
-             select(first_lanes<Real>(end - slot), Pack<Real>(1), Pack<Real>(0)));
 }
 
 /// 1/|v|, 0 for the zero vector (a bond shrunk to a point has no direction and no force).

@@ -7,19 +7,8 @@ namespace perimpm::bspline {
 
 namespace detail {
 
-using perimpm::detail::join, perimpm::detail::Vec;
+using perimpm::detail::repeat_quad, perimpm::detail::Vec;
 
-template <class Real, int N>
-Vec<Real, N> repeat_quad(const Real quad[4]) {
-    if constexpr (N == 4) {
-        Vec<Real, 4> v;
-        __builtin_memcpy(&v, quad, sizeof v);
-        return v;
-    } else {
-        const Vec<Real, N / 2> half = repeat_quad<Real, N / 2>(quad);
-        return join<Real, N / 2>(half, half, std::make_integer_sequence<int, N>());
-    }
-}
 /// From repeated quads: in the k-th group of four lanes, component First + k everywhere.
 template <int First, class V, int... I>
 V spread_nodes(V v, std::integer_sequence<int, I...>) {
