@@ -17,6 +17,15 @@ struct Lanes {
 template <class Real, int N>
 using Vec = typename Lanes<Real, N>::type;
 
+template <class Real>
+PERIMPM_INLINE Vec<Real, kLanes<Real>> as_vector(const Pack<Real>& pack) {
+    return __builtin_bit_cast(Vec<Real, kLanes<Real>>, pack);
+}
+template <class Real>
+PERIMPM_INLINE Pack<Real> as_pack(const Vec<Real, kLanes<Real>>& vector) {
+    return __builtin_bit_cast(Pack<Real>, vector);
+}
+
 /// From each quad of lanes of a and b: lanes First and First + 1 of both, alternating (`Interleave`) or one after the other.
 template <int First, bool Interleave, class V, int... I>
 PERIMPM_INLINE V mix(V a, V b, std::integer_sequence<int, I...>) {
@@ -69,13 +78,14 @@ PERIMPM_INLINE void transpose_quads(const Pack<Real> rows[4], Pack<Real> columns
     static_assert(N >= 4);
     using V = detail::Vec<Real, N>;
     constexpr auto all = std::make_integer_sequence<int, N>();
-    const V r[4] = {V(rows[0]), V(rows[1]), V(rows[2]), V(rows[3])};
+    const V r[4] = {detail::as_vector<Real>(rows[0]), detail::as_vector<Real>(rows[1]),
+                    detail::as_vector<Real>(rows[2]), detail::as_vector<Real>(rows[3])};
     const V xy01 = detail::mix<0, true>(r[0], r[1], all), xy23 = detail::mix<0, true>(r[2], r[3], all);
     const V zw01 = detail::mix<2, true>(r[0], r[1], all), zw23 = detail::mix<2, true>(r[2], r[3], all);
-    columns[0] = Pack<Real>(detail::mix<0, false>(xy01, xy23, all));
-    columns[1] = Pack<Real>(detail::mix<2, false>(xy01, xy23, all));
-    columns[2] = Pack<Real>(detail::mix<0, false>(zw01, zw23, all));
-    columns[3] = Pack<Real>(detail::mix<2, false>(zw01, zw23, all));
+    columns[0] = detail::as_pack<Real>(detail::mix<0, false>(xy01, xy23, all));
+    columns[1] = detail::as_pack<Real>(detail::mix<2, false>(xy01, xy23, all));
+    columns[2] = detail::as_pack<Real>(detail::mix<0, false>(zw01, zw23, all));
+    columns[3] = detail::as_pack<Real>(detail::mix<2, false>(zw01, zw23, all));
 }
 
 /// Place of lane `lane`'s quad among the quads that store_quads writes.
@@ -123,7 +133,8 @@ PERIMPM_INLINE void gather_quads(const Real* quads, const std::uint32_t* entry, 
             component[c] = Pack<Real>([&](std::size_t lane) { return quads[Width * std::size_t{entry[lane]} + c]; });
     } else {
         Pack<Real> rows[4];
-        for (int k = 0; k < 4; ++k) rows[k] = Pack<Real>(detail::every_fourth<Real, N, Width>(quads, entry + k));
+        for (int k = 0; k < 4; ++k)
+            rows[k] = detail::as_pack<Real>(detail::every_fourth<Real, N, Width>(quads, entry + k));
         transpose_quads<Real>(rows, component);
     }
 }

@@ -7,7 +7,7 @@ namespace perimpm::bspline {
 
 namespace detail {
 
-using perimpm::detail::repeat_quad, perimpm::detail::Vec;
+using perimpm::detail::as_pack, perimpm::detail::as_vector, perimpm::detail::repeat_quad, perimpm::detail::Vec;
 
 /// From repeated quads: in the k-th group of four lanes, component First + k everywhere.
 template <int First, class V, int... I>
@@ -45,7 +45,7 @@ struct Column {
     static Column repeat(const Real quad[4]) {
         Column c;
         if constexpr (kLanes >= 4) {
-            c.part[0] = P(detail::repeat_quad<Real, kLanes>(quad));
+            c.part[0] = detail::as_pack<Real>(detail::repeat_quad<Real, kLanes>(quad));
             for (int k = 1; k < kParts; ++k) c.part[k] = c.part[0];
         } else {
             for (int k = 0; k < kParts; ++k)
@@ -60,7 +60,8 @@ struct Column {
             using V = detail::Vec<Real, kLanes>;
             const V v = detail::repeat_quad<Real, kLanes>(quad);
             [&]<int... K>(std::integer_sequence<int, K...>) {
-                ((c.part[K] = P(detail::spread_nodes<K * kLanes / 4>(v, std::make_integer_sequence<int, kLanes>()))),
+                ((c.part[K] = detail::as_pack<Real>(
+                      detail::spread_nodes<K * kLanes / 4>(v, std::make_integer_sequence<int, kLanes>()))),
                  ...);
             }
             (std::make_integer_sequence<int, kParts>());
@@ -99,7 +100,8 @@ void store_node_sum(const Column<Real>& column, Real* to) {
     constexpr int N = C::kLanes;
     if constexpr (N >= 8) {
         using V = detail::Vec<Real, N>;
-        const V a = N == 16 ? V(column.part[0]) : V(column.part[0] + column.part[C::kParts - 1]);
+        const V a = N == 16 ? detail::as_vector<Real>(column.part[0])
+                            : detail::as_vector<Real>(column.part[0] + column.part[C::kParts - 1]);
         auto sum = __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
         if constexpr (N == 16)
             sum += __builtin_shufflevector(a, a, 8, 9, 10, 11) + __builtin_shufflevector(a, a, 12, 13, 14, 15);
@@ -123,7 +125,8 @@ void store_node_sums(const Column<Real> (&column)[4], Real* const (&to)[4]) {
         constexpr auto all = std::make_integer_sequence<int, 16>();
         V half[2];
         for (int k = 0; k < 2; ++k) {
-            const V a = V(column[2 * k].part[0]), b = V(column[2 * k + 1].part[0]);
+            const V a = detail::as_vector<Real>(column[2 * k].part[0]),
+                    b = detail::as_vector<Real>(column[2 * k + 1].part[0]);
             half[k] = detail::pick_quads<0, 1>(a, b, all) + detail::pick_quads<2, 3>(a, b, all);
         }
         const V sum = detail::pick_quads<0, 2>(half[0], half[1], all) + detail::pick_quads<1, 3>(half[0], half[1], all);
