@@ -1,5 +1,5 @@
-"""Rigid rotation (A7). Shortened against the reference: cubes of 6 or 5 cells an edge instead of 20, 10 turns instead of
-10^4 in the fast variant; the square's turn at 20 cells and the 20 s of the public gate are kept."""
+"""Rigid rotation (A7). Shortened against the reference: cubes of 6 or 5 cells an edge instead of 20, 10 turns instead
+of 10^4 in the fast variant; the square's turn at 20 cells and the 20 s of the public gate are kept."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_square_keeps_one_turn_at_twenty_cells(order: int, kinetic: float) -> No
 )
 def test_one_turn_at_twenty_cells(transfer: Tree, kinetic: float, spin: float, within: float) -> None:
     """The cube at the reference's resolution. FLIP agrees with its numbers (0.951, -2.7 %). APIC keeps 0.99969, less
-    than the square (0.99991): the stress-free start of a cube has also the third direction to breathe in."""
+    than the square's 0.99991, whose faces hold the third direction."""
     sim, dt = spinning(transfer, cells=20)
     before = sim.ledger
     sim.step(round(2 * np.pi / dt))
