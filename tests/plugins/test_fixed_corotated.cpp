@@ -1,4 +1,5 @@
 // Point values: REFERENCES.md E11 (digits as printed there), E4, B9. tau = P F^T throughout.
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -41,6 +42,38 @@ Matrix3d closed_form(const Matrix3d& F) {
     if (J < 0) s[2] = -s[2];
     const Vec3 tau = (2 * kMu * s.array() * (s.array() - 1) + kLambda * J * (J - 1)).matrix();
     return svd.matrixU() * tau.asDiagonal() * svd.matrixU().transpose();
+}
+
+/// The same in long double, of F as rounded to Real. Kirchhoff stress is a smooth function of F F^T for det F > 0, so
+/// errors of a few epsilon (|F| + |F|^2) and epsilon |J| (|F|^3 + 1) are all that rounding explains; det F < 0
+/// adds the turning of the axes of s_2 and s_3, by (s_2 - s_3)/(s_2 + s_3) of that. Where these agree in size, either may be the
+/// negative one: then the principal stresses must match.
+template <class Real>
+void check_accuracy(const Matrix3d& tau, const Matrix3d& state) {
+    using Long3 = Eigen::Matrix<long double, 3, 3>;
+    using LongVector = Eigen::Matrix<long double, 3, 1>;
+    const Matrix3d F = state.cast<Real>().template cast<double>();
+    const Eigen::JacobiSVD<Long3> svd(F.cast<long double>(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    LongVector s = svd.singularValues();
+    const long double J = F.cast<long double>().determinant();
+    const bool unique = J >= 0 || s[1] - s[2] > 0.01;
+    if (J < 0) s[2] = -s[2];
+    const long double nu = 0.3, mu = 1 / (2 * (1 + nu)), lambda = nu / ((1 + nu) * (1 - 2 * nu));
+    const LongVector principal =
+        2 * mu * s.cwiseProduct(s - LongVector::Ones()) + LongVector::Constant(lambda * J * (J - 1));
+    const Long3 exact = svd.matrixU() * principal.asDiagonal() * svd.matrixU().transpose();
+    const double size = F.norm(), volume = std::abs(static_cast<double>(J));
+    const double turned = J < 0 && unique ? static_cast<double>((s[1] - s[2]) / (s[1] + s[2])) : 0;
+    const double tolerance = 16 * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
+                             ((1 + turned) * (size + size * size) + (volume + 1) * size * size * size);
+    CAPTURE(F, tau, exact.cast<double>());
+    if (unique) {
+        CHECK((tau.cast<long double>() - exact).norm() <= tolerance);
+    } else {
+        Vec3 expected = principal.cast<double>();
+        std::sort(expected.begin(), expected.end());
+        CHECK((Eigen::SelfAdjointEigenSolver<Matrix3d>(tau).eigenvalues() - expected).norm() <= tolerance);
+    }
 }
 
 /// dW/dF F^T by central differences; the error is of order step^2.
@@ -172,6 +205,39 @@ TEMPLATE_TEST_CASE("fixed_corotated: singular, inverted and repeated F give fini
             CHECK((tau - closed_form(F)).norm() <= tolerance * std::max(1.0, F.squaredNorm()));
         else
             CHECK_THAT(tau.trace(), WithinAbs(closed_form(F).trace(), tolerance * std::max(1.0, F.squaredNorm())));
+    }
+}
+
+TEMPLATE_TEST_CASE("fixed_corotated: ordinary, inverted and crushed particles share packs and keep their accuracy",
+                   "[constitutive]", float, double) {
+    std::mt19937 random(7);
+    std::vector<Matrix3d> states;
+    for (const double J : {0.5, 0.2, 0.05, 0.01})  // E11: uniaxial and hydrostatic strain
+        states.push_back(diagonal(J, 1, 1)), states.push_back(std::cbrt(J) * Matrix3d::Identity());
+    states.push_back(diagonal(0.5, 1.14714, 1.14714)), states.push_back(diagonal(2, 0.77317, 0.77317));
+    states.push_back(Matrix3d::Identity() + Vec3::UnitX() * Vec3::UnitY().transpose());  // simple shear
+    const std::size_t ordinary = states.size();
+    for (const Matrix3d& F : {diagonal(-1, 1, 1), diagonal(0, 0, 0), diagonal(1, 1, 1e-8), diagonal(2, 2, 2)})
+        states.push_back(F);  // E4
+    for (int i = 0; i < 20; ++i) states.push_back(random_matrix(random));
+    const std::size_t plain = states.size();
+    for (std::size_t i = 0; i < plain; ++i)
+        states.push_back(rotation(1.0, {1, 2, 3}) * states[i] * rotation(0.5, {3, -1, 1}));
+    const auto law = make<ConstitutiveLaw, TestType>("fixed_corotated", "youngs_modulus = 1\npoisson_ratio = 0.3",
+                                                     {.density = 1000});
+    Particles<TestType> particles(*law, std::vector<Vec3>(states.size() + 3, Vec3::Zero()), 1.0);
+
+    // Packs of ordinary states alone, mixed at random, and in the order of the list, with a last pack that is not full.
+    for (int trial = 0; trial < 50; ++trial) {
+        std::vector<std::size_t> chosen;
+        for (std::size_t p = 0; p < particles.size(); ++p)
+            chosen.push_back(trial == 0   ? p % ordinary
+                             : trial == 1 ? p % states.size()
+                                          : std::uniform_int_distribution<std::size_t>(0, states.size() - 1)(random));
+        for (std::size_t p = 0; p < particles.size(); ++p) particles.set_F(p, states[chosen[p]]);
+        particles.evaluate();
+        for (std::size_t p = 0; p < particles.size(); ++p)
+            check_accuracy<TestType>(particles.tau(p), states[chosen[p]]);
     }
 }
 

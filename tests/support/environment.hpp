@@ -5,18 +5,22 @@
 #include <optional>
 #include <string>
 
-/// Sets an environment variable while it lives.
+/// Sets an environment variable while it lives, or unsets it.
 class EnvironmentVariable {
 public:
-    EnvironmentVariable(const char* name, const std::string& value) : name_{name} {
+    EnvironmentVariable(const char* name, const std::optional<std::string>& value) : name_{name} {
         if (const char* before = std::getenv(name)) before_ = before;
-        ::setenv(name, value.c_str(), 1);
+        put(value);
     }
-    ~EnvironmentVariable() { before_ ? ::setenv(name_, before_->c_str(), 1) : ::unsetenv(name_); }
+    ~EnvironmentVariable() { put(before_); }
     EnvironmentVariable(const EnvironmentVariable&) = delete;
     EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
 
 private:
+    void put(const std::optional<std::string>& value) {
+        value ? ::setenv(name_, value->c_str(), 1) : ::unsetenv(name_);
+    }
+
     const char* name_;
     std::optional<std::string> before_;
 };

@@ -212,6 +212,7 @@ void build_world(World<Real>& w) {
     for (const ColliderSpec& c : w.scene.colliders)
         w.colliders.emplace_back(
             c, build_shape(c.shape, w.scene.folder, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing));
+    for (Scratch<Real>& s : w.scratch) s.near.colliders.reserve(w.colliders.size());
     create_candidate_buffers(w);
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);

@@ -6,12 +6,6 @@ namespace {
 
 constexpr double kOnFace = 1e-6;  ///< nodes this near to a face, in cells, lie on it
 
-/// Which obstacles can touch a block of nodes.
-struct Near {
-    std::vector<const Collider*> colliders;
-    bool faces;
-};
-
 Contact contact_of(Face face) {
     return face == Face::sticky ? Contact::sticky : face == Face::slip ? Contact::slip : Contact::separate;
 }
@@ -34,7 +28,7 @@ Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v, Acting acting) {
 }
 
 template <class Real>
-void obey(const GridSpec& grid, const Near& near, const Vec3& x, Real* node, Acting acting) {
+void obey(const GridSpec& grid, const NearObstacles& near, const Vec3& x, Real* node, Acting acting) {
     Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
     for (const Collider* collider : near.colliders)
         if (collider->signed_distance(x) <= 0)
@@ -44,7 +38,7 @@ void obey(const GridSpec& grid, const Near& near, const Vec3& x, Real* node, Act
 }
 
 template <class Real>
-void update_block(World<Real>& w, std::size_t g, const Near& near) {
+void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
     const double dx = w.spacing();
     const std::int32_t* coordinate = w.grid.coordinate(g);
     const Real gravity[3] = {static_cast<Real>(w.dt * w.scene.simulation.gravity[0]),
@@ -75,7 +69,7 @@ void update_block(World<Real>& w, std::size_t g, const Near& near) {
 }
 
 template <class Real>
-void find_near(const World<Real>& w, std::size_t g, Near& near) {
+void find_near(const World<Real>& w, std::size_t g, NearObstacles& near) {
     const std::int32_t* c = w.grid.coordinate(g);
     const double dx = w.spacing(), span = dx * (kBlockNodes - 1);
     const Vec3 low = kBlockNodes * dx * Vec3(c[0], c[1], c[2]), high = low + Vec3::Constant(span);
@@ -95,7 +89,7 @@ template <class Real>
 void update_grid(World<Real>& w) {
     for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);
     w.threads.run(w.grid.size(), [&](std::size_t g) {
-        static thread_local Near near;
+        NearObstacles& near = w.own_scratch().near;
         find_near(w, g, near);
         update_block(w, g, near);
     });

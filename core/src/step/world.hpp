@@ -61,6 +61,12 @@ struct Material {
     std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }
 };
 
+/// Which obstacles can touch a block of nodes.
+struct NearObstacles {
+    std::vector<const Collider*> colliders;
+    bool faces;
+};
+
 /// Buffers of one worker.
 template <class Real>
 struct Scratch {
@@ -70,6 +76,7 @@ struct Scratch {
         force{kChunk, 3};  ///< bond laws' particles in grid order
     AlignedArray<Real> mass{kChunk}, volume{kChunk};
     AlignedArray<BondCandidate> candidates;
+    NearObstacles near;
 };
 
 /// Wall time of the passes of a step, in order of first use.

@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+const std::string kHeader = "time,kinetic,elastic,potential,total,dissipated,px,py,pz,lx,ly,lz\n";
 const std::string kFiles = R"(output={ formats = ["hdf5"], fields = ["x"] })";
 
 std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
@@ -27,9 +28,9 @@ TEST_CASE("record: every frame leaves a file, an energy row and the state of the
     record.frame(1);
     CHECK(files_in(options.folder) == std::set<std::string>{"frame.0001.h5", "run.xdmf", "run.json", "energy.csv"});
     const std::string energy = text_of(options.folder + "/energy.csv");
-    const std::string header = "time,kinetic,elastic,potential,total,px,py,pz,lx,ly,lz\n0,";
-    REQUIRE(energy.starts_with(header));
-    CHECK(std::stod(energy.substr(header.size())) == Approx(32));  // 64 kg at 1 m/s
+    const std::string start = kHeader + "0,";
+    REQUIRE(energy.starts_with(start));
+    CHECK(std::stod(energy.substr(start.size())) == Approx(32));  // 64 kg at 1 m/s
     CHECK(contains(text_of(options.folder + "/run.json"), R"("status": "running")"));
     record.status("done");
     CHECK(contains(text_of(options.folder + "/run.json"), R"("status": "done")"));
@@ -40,15 +41,27 @@ TEST_CASE("record: what a former run left from the first frame on is removed, no
     for (const char* name :
          {"frame.0001.h5", "frame.0002.h5", "frame.0003.h5", "failed.h5", "frame.two.h5", "notes.txt"})
         std::ofstream(folder.path / name) << "old";
-    std::ofstream(folder.path / "energy.csv") << "time,rest\n-2,a\n-1,b\n0,c\n1,d\n";
+    std::ofstream(folder.path / "energy.csv") << kHeader << "-2,1,2,4,7,0,a\n-1,1,2,3,6,1,b\n0,c\n1,d\n";
     const Simulation simulation(scene_from(kBox, {"output={ formats = [] }"}), 1);
     const RunOptions options{.folder = folder.path, .after_step = {}};
     RunRecord record(simulation, options, 2);
     CHECK(files_in(folder.path) == std::set<std::string>{"frame.0001.h5", "frame.two.h5", "notes.txt", "energy.csv"});
     record.frame(2);
     const std::string energy = text_of(folder.path / "energy.csv");
-    CHECK(lines(energy) == 4);  // header, -2, -1 and the new one
-    CHECK(contains(energy, "\n-1,b\n0,0,"));
+    CHECK(lines(energy) == 4);                                  // header, -2, -1 and the new one
+    CHECK(contains(energy, "\n-1,1,2,3,6,1,b\n0,0,0,0,0,7,"));  // at rest: all 7 J of the first row are gone
+}
+
+TEST_CASE("record: energies of another layout are not continued", "[io]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path / "energy.csv") << "time,rest\n-2,a\n-1,b\n";
+    const Simulation simulation(scene_from(kBox, {"output={ formats = [] }"}), 1);
+    const RunOptions options{.folder = folder.path, .after_step = {}};
+    RunRecord record(simulation, options, 2);
+    record.frame(2);
+    const std::string energy = text_of(folder.path / "energy.csv");
+    CHECK(energy.starts_with(kHeader + "0,"));
+    CHECK(lines(energy) == 2);
 }
 
 TEST_CASE("record: a failure dumps every field, whatever the scene puts out", "[io]") {

@@ -17,6 +17,7 @@ TEST_CASE("instruction set: an unknown one is refused", "[plugin]") {
 
 #if defined(__x86_64__)
 TEST_CASE("instruction set: PERIMPM_ISA caps the list", "[plugin]") {
+    const EnvironmentVariable unset{"PERIMPM_ISA", std::nullopt};
     const std::vector<std::string> best = instruction_set_folders();
     for (std::size_t first = 0; first < best.size(); ++first) {
         const EnvironmentVariable isa{"PERIMPM_ISA", best[first].empty() ? "x86-64" : best[first]};

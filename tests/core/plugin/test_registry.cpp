@@ -230,6 +230,7 @@ TEST_CASE("registry: a folder named twice counts once, a missing one is an error
 
 TEST_CASE("registry: PERIMPM_ISA chooses among the variants of a plugin", "[plugin]") {
     const TemporaryFolder folder;
+    const EnvironmentVariable unset{"PERIMPM_ISA", std::nullopt};
     const EnvironmentVariable path{"PERIMPM_PLUGIN_PATH", folder.path};
     copy_fixture("constitutive/sample_law.so", folder.path / "constitutive/tuned.so");
     copy_fixture("constitutive/sample_law.so", folder.path / "constitutive/x86-64-v3/tuned.so");

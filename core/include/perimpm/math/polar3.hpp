@@ -14,17 +14,14 @@ template <class T>
 bool polar_rotation(const Mat3<T>& F, const T& det_F, Mat3<T>& R) {
     using std::abs, std::sqrt;
     using Real = Scalar<T>;
-    constexpr int kMaxIterations = 12;
+    constexpr int kMaxIterations = 16;
     constexpr Real kSmallestDeterminant = Real(1e-3);  // after scaling to |F|^2 = 3
     const Real nearly_orthogonal = std::sqrt(std::numeric_limits<Real>::epsilon());
 
     T norm2 = F.m[0] * F.m[0];
     for (int k = 1; k < 9; ++k) norm2 += F.m[k] * F.m[k];
-    const T scale2 = Real(3) / norm2;
-    if (!all(det_F * det_F * (scale2 * scale2 * scale2) > kSmallestDeterminant * kSmallestDeterminant &&
-             det_F > Real(0)))
-        return false;
-    const T scale = sqrt(scale2);
+    const T scale = sqrt(Real(3) / norm2);
+    if (!all(det_F * (scale * scale * scale) > kSmallestDeterminant)) return false;
     for (int k = 0; k < 9; ++k) R.m[k] = scale * F.m[k];
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
         T G[6];  // (3 I - R^T R)/2: xx xy xz yy yz zz

@@ -56,11 +56,16 @@ PERIMPM_INLINE Pack<Real> load(const Real* from, std::size_t count, Real rest = 
     return pack;
 }
 
-/// Stores the first `count` lanes.
+/// Stores the first `count` lanes; memory of the others is not touched.
 template <class Real>
 PERIMPM_INLINE void store(Real* to, const Pack<Real>& pack, std::size_t count) {
     if (count >= kLanes<Real>) return pack.copy_to(to, std::experimental::element_aligned);
+#if defined(__SSE2__) && !defined(__AVX__)
+    // The masked store of SSE2 goes past the caches, and faults on pages that only masked lanes lie in.
+    for (std::size_t lane = 0; lane < count; ++lane) to[lane] = pack[lane];
+#else
     where(first_lanes<Real>(count), pack).copy_to(to, std::experimental::element_aligned);
+#endif
 }
 
 /// Scalar type below a pack.

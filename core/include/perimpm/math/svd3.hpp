@@ -97,7 +97,12 @@ Svd3<Real> svd3(const Mat3<Real>& F) {
         normalise(0, r.sigma[0]);
     else
         for (int i = 0; i < 3; ++i) r.U(i, 0) = i == 0;
-    if (!(r.sigma[1] > std::numeric_limits<Real>::min())) any_orthogonal(0, 1);
+    // A vanishing second column is rounding, which may lie along the first one.
+    const Real along = r.U(0, 0) * r.U(0, 1) + r.U(1, 0) * r.U(1, 1) + r.U(2, 0) * r.U(2, 1);
+    if (!(r.sigma[1] > std::numeric_limits<Real>::min() && std::abs(along) < Real(0.5) * r.sigma[1]))
+        any_orthogonal(0, 1);
+    else
+        for (int i = 0; i < 3; ++i) r.U(i, 1) -= along * r.U(i, 0);
     normalise(1, length(1));
     const Real third[3] = {r.U(0, 2), r.U(1, 2), r.U(2, 2)};
     for (int i = 0; i < 3; ++i) {

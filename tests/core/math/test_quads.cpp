@@ -1,0 +1,88 @@
+// Number k of every array holds the value k: what lands where can be read off.
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "perimpm/math/quads.hpp"
+#include "support/catch.hpp"
+#include "support/guarded.hpp"
+
+using namespace perimpm;
+
+namespace {
+
+template <class Real>
+std::vector<Real> counted(std::size_t size) {
+    std::vector<Real> values(size);
+    std::iota(values.begin(), values.end(), Real(0));
+    return values;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("quads: a transpose exchanges rows and lanes within each group of four, and undoes itself", "[math]",
+                   float, double) {
+    constexpr std::size_t N = kLanes<TestType>;
+    if constexpr (N >= 4) {
+        const std::vector<TestType> values = counted<TestType>(4 * N);
+        Pack<TestType> rows[4], columns[4], again[4];
+        for (std::size_t k = 0; k < 4; ++k)
+            rows[k].copy_from(values.data() + k * N, std::experimental::element_aligned);
+        transpose_quads<TestType>(rows, columns);
+        transpose_quads<TestType>(columns, again);
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t lane = 0; lane < N; ++lane) {
+                CAPTURE(k, lane);
+                const std::size_t group = lane / 4 * 4;
+                CHECK(TestType(columns[k][lane]) == values[lane % 4 * N + group + k]);
+                CHECK(TestType(again[k][lane]) == values[k * N + lane]);
+            }
+    } else {
+        SUCCEED("packs narrower than a quad are not transposed");
+    }
+}
+
+TEMPLATE_TEST_CASE("quads: store and load put every lane's quad at its place", "[math]", float, double) {
+    constexpr std::size_t N = kLanes<TestType>;
+    Pack<TestType> component[4], again[4];
+    for (std::size_t c = 0; c < 4; ++c)
+        component[c] = Pack<TestType>([&](std::size_t lane) { return static_cast<TestType>(4 * lane + c); });
+    std::vector<TestType> memory(6 * N, TestType(-7));
+    store_quads<TestType>(memory.data() + N, component);
+    load_quads<TestType>(memory.data() + N, again);
+    std::set<std::size_t> places;
+    for (std::size_t lane = 0; lane < N; ++lane) {
+        const std::size_t place = quad_place<TestType>(lane);
+        places.insert(place);
+        for (std::size_t c = 0; c < 4; ++c) {
+            CAPTURE(lane, c);
+            CHECK(memory[N + 4 * place + c] == static_cast<TestType>(4 * lane + c));
+            CHECK(TestType(again[c][lane]) == static_cast<TestType>(4 * lane + c));
+        }
+    }
+    CHECK(places.size() == N);  // no two lanes share a place, none lies outside
+    CHECK(*places.rbegin() == N - 1);
+    for (std::size_t k = 0; k < N; ++k) {
+        CHECK(memory[k] == TestType(-7));
+        CHECK(memory[5 * N + k] == TestType(-7));
+    }
+}
+
+TEMPLATE_TEST_CASE("quads: a gather takes the quad that each lane names, repeated ones included", "[math]", float,
+                   double) {
+    constexpr std::size_t N = kLanes<TestType>;
+    constexpr std::uint32_t kTrials = 200;
+    const GuardedPage page;  // the last quad ends where memory must not be touched
+    auto* const quads = static_cast<TestType*>(page.end()) - 4 * 100;
+    std::iota(quads, quads + 4 * 100, TestType(0));
+    for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
+        std::uint32_t entry[N];
+        for (std::uint32_t lane = 0; lane < N; ++lane)
+            entry[lane] = trial == 0 ? 99 : (37 * trial + 11 * lane * lane) % 100;
+        Pack<TestType> component[4];
+        gather_quads<TestType>(quads, entry, component);
+        for (std::size_t lane = 0; lane < N; ++lane)
+            for (std::size_t c = 0; c < 4; ++c)
+                CHECK(TestType(component[c][lane]) == static_cast<TestType>(4 * entry[lane] + c));
+    }
+}

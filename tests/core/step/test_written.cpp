@@ -1,0 +1,42 @@
+#include <limits>
+
+#include "perimpm/error.hpp"
+#include "support/catch.hpp"
+#include "support/message.hpp"
+#include "support/world.hpp"
+
+using namespace perimpm;
+
+TEMPLATE_TEST_CASE("written: positions make a step sort again and drop forces of other places", "[step]", float,
+                   double) {
+    const auto w = box_world<TestType>();
+    w->drift = 0, w->forces_known = true;
+    accept_positions(*w);
+    CHECK(w->drift == w->spacing());  // more than a step lets stand
+    CHECK_FALSE(w->forces_known);
+}
+
+TEMPLATE_TEST_CASE("written: the time step sees the largest speed written", "[step]", float, double) {
+    const auto w = box_world<TestType>();
+    w->v[0][100] = 3, w->v[1][100] = -4;
+    w->v[2][511] = -12, w->v[0][511] = 4, w->v[1][511] = 3;  // |v| = 13
+    accept_velocities(*w);
+    CHECK_THAT(w->max_speed, WithinRel(13.0, 1e-15));
+    for (const std::size_t p : {100, 511})
+        for (int c = 0; c < 3; ++c) w->v[c][p] = 0;
+    accept_velocities(*w);
+    CHECK(w->max_speed == 0);
+}
+
+TEMPLATE_TEST_CASE("written: what is not finite is refused by field, particle and component", "[step]", float, double) {
+    const auto w = box_world<TestType>();
+    const std::string particle = "of particle " + std::to_string(w->id[7]) + " is not finite: component ";
+    w->x[1][7] = std::numeric_limits<TestType>::quiet_NaN();
+    w->v[2][7] = -std::numeric_limits<TestType>::infinity();
+    w->drift = 0;
+    CHECK(contains(message_of<SimulationError>([&] { accept_positions(*w); }),
+                   "the position written into 'x' " + particle + "y is nan"));
+    CHECK(w->drift == 0);
+    CHECK(contains(message_of<SimulationError>([&] { accept_velocities(*w); }),
+                   "the velocity written into 'v' " + particle + "z is -inf"));
+}
