@@ -80,7 +80,7 @@ TEMPLATE_TEST_CASE("quads: a gather takes the quad that each lane names, repeate
         for (std::uint32_t lane = 0; lane < N; ++lane)
             entry[lane] = trial == 0 ? 99 : (37 * trial + 11 * lane * lane) % 100;
         Pack<TestType> component[4];
-        gather_quads<TestType>(quads, entry, component);
+        gather_quads<4, TestType>(quads, entry, component);
         for (std::size_t lane = 0; lane < N; ++lane)
             for (std::size_t c = 0; c < 4; ++c)
                 CHECK(TestType(component[c][lane]) == static_cast<TestType>(4 * entry[lane] + c));
