@@ -66,12 +66,10 @@ enum ParticleState { kNormalisation, kShapeInverse, kMeanDeformation };
 constexpr FieldSpec kParticleState[] = {
     {.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V"},
     {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"},
-    {.name = "mean_deformation",
-     .components = 16,
-     .doc = "F- of (4), row-major; then the normalisation, X and x: one cache line of single precision",
-     .packed = true},
+    {.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major", .packed = 16},
 };
-enum Mean { kNormal = 9, kX = 10, kx = 13, kMean = 16 };
+// What follows F-, so that all that bonds ask of a neighbour is one cache line of single precision.
+enum Record { kNormal = 9, kReference = 10, kPresent = 13, kRecord = 16 };
 enum BondState { kStiffness };
 constexpr FieldSpec kBondState[] = {
     {.name = "stiffness", .unit = "m", .doc = "(w_p + w_q) V_p V_q / |X|^2; times lambda: N/m"},
@@ -155,7 +153,7 @@ public:
                 F[3 * r + 2] = x * K[2][i] + y * K[4][i] + z * K[5][i];
             }
             F[kNormal] = b.particle_state[kNormalisation][0][i];
-            for (int c = 0; c < 3; ++c) F[kX + c] = own_reference[c], F[kx + c] = own[c];
+            for (int c = 0; c < 3; ++c) F[kReference + c] = own_reference[c], F[kPresent + c] = own[c];
         }
     }
 
@@ -214,7 +212,7 @@ private:
     /// w_p / (w_p + w_q), from the normalisations.
     P own_share(Real own, const P& other) const { return own_family_ ? own / (own + other) : P(Real(0.5)); }
     static Real* mean_deformation(const Block<Real>& b, std::uint32_t i) {
-        return b.particle_state[kMeanDeformation].data + kMean * i;
+        return b.particle_state[kMeanDeformation].data + kRecord * i;
     }
     template <class Entry>
     PERIMPM_INLINE static void deform(const P X[3], P out[3], const Entry F[9]) {
@@ -238,11 +236,11 @@ private:
         const Real* mean = mean_deformation(b, i);
         const P lambda = real(lambda_), two_mu = real(2 * mu_);
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P other_mean[kMean], X[3], Y[3], own[3], other[3];
-            bonds.template gather_packed<kMean>(b.family_state[kMeanDeformation].data, other_mean);
+            P other_mean[kRecord], X[3], Y[3], own[3], other[3];
+            bonds.template gather_packed<kRecord>(b.family_state[kMeanDeformation].data, other_mean);
             for (int c = 0; c < 3; ++c) {
-                X[c] = other_mean[kX + c] - mean[kX + c];
-                Y[c] = other_mean[kx + c] - mean[kx + c];
+                X[c] = other_mean[kReference + c] - mean[kReference + c];
+                Y[c] = other_mean[kPresent + c] - mean[kPresent + c];
             }
             deform(X, own, mean);
             deform(X, other, other_mean);

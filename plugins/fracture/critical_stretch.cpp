@@ -27,8 +27,9 @@ public:
         : limit_{static_cast<Real>(1 + p["critical_stretch"])}, interval_{static_cast<std::uint32_t>(p["interval"])} {}
     std::uint32_t interval() const noexcept override { return interval_; }
     double harmless_stretch() const noexcept override {
-        constexpr double kRounding = 1e-5;  // of a stretch in single precision, amply
-        return static_cast<double>(limit_) * (1 - kRounding) - 1;
+        constexpr double kRounding = 1e-6;  // of (|Y| - |X|)/|Y| in single precision, amply; of |Y|/|X| times that
+        const double limit = static_cast<double>(limit_);
+        return limit * (1 - kRounding * limit) - 1;
     }
 
     void screen(const Block<Real>& b, CandidateList& found) const override {

@@ -47,14 +47,14 @@ public:
     FieldArray() = default;
     FieldArray(std::size_t entries, std::size_t components)
         : stride_{(entries + kPad - 1) / kPad * kPad}, components_{components}, values_(stride_ * components) {}
-    static FieldArray packed(std::size_t entries, std::size_t components) {
-        FieldArray f;
-        f.stride_ = 1, f.entry_ = packed_width(components), f.components_ = components;
-        f.values_ = AlignedArray<T>(entries * f.entry_);
-        return f;
-    }
     static FieldArray of(const FieldSpec& spec, std::size_t entries) {
-        FieldArray f = spec.packed ? packed(entries, spec.components) : FieldArray(entries, spec.components);
+        FieldArray f;
+        if (spec.packed) {
+            f.stride_ = 1, f.entry_ = spec.packed, f.components_ = spec.components;
+            f.values_ = AlignedArray<T>(entries * spec.packed);
+        } else {
+            f = FieldArray(entries, spec.components);
+        }
         std::fill_n(f.values_.data(), f.values_.size(), static_cast<T>(spec.initial));
         return f;
     }

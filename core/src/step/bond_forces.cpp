@@ -7,7 +7,7 @@ template <class Real>
 void pack_positions(World<Real>& w, Material<Real>& m) {
     for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) {
         for (std::uint32_t i = 0; i < b.size; ++i)
-            for (int c = 0; c < 3; ++c) m.position[4 * (b.first + i) + c] = b.x[c][i];
+            for (int c = 0; c < 3; ++c) m.position[4 * std::size_t{b.first + i} + c] = b.x[c][i];
     });
 }
 

@@ -29,6 +29,10 @@ void require_sound(bool sound, const ModelSpec& spec, const char* what) {
     if (!sound) throw InputError(spec.source.place.text(), fmt::format("plugin '{}' is faulty: {}", spec.type, what));
 }
 
+bool sound_packing(const LawNeeds& needs, const FieldSpec& field) {
+    return field.packed == 0 || (needs.bonds && field.packed % 4 == 0 && field.packed >= field.components);
+}
+
 void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
     require_sound(needs.bonds != needs.deformation_gradient, spec,
                   "a law needs either bonds or a deformation gradient");
@@ -36,8 +40,8 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
     require_sound(std::max(needs.particle_state.size, needs.bond_state.size) <= kMaxStateFields, spec,
                   "it declares more than 8 state fields");
     for (std::uint32_t k = 0; k < needs.particle_state.size; ++k)
-        require_sound(needs.bonds || !needs.particle_state.data[k].packed, spec,
-                      "packed fields are for laws with bonds");
+        require_sound(sound_packing(needs, needs.particle_state.data[k]), spec,
+                      "a packed field needs bonds and a width that is a multiple of 4 and holds its components");
     const auto specs = spec.params->specs();
     require_sound(std::count_if(specs.begin(), specs.end(), [](const ParamSpec& p) { return p.per_particle; }) <=
                       kMaxVaryingParams,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "perimpm/error.hpp"
 #include "step/transfer.hpp"
@@ -12,6 +13,7 @@ namespace {
 
 template <class Real>
 void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t first) {
+    b.mass = b.volume = nullptr;
     for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
         for (int c = 0; c < 3; ++c) b.x[c][to] = w.x[c][m.begin + from], b.v[c][to] = w.v[c][m.begin + from];
     });
@@ -51,15 +53,18 @@ void gather(World<Real>& w) {
     });
     double fastest2 = 0;
     for (std::size_t b = 0; b < blocks; ++b) {
-        if (std::isnan(w.partial[b]))
+        if (std::isnan(w.partial[b])) {
+            w.drift = w.spacing();  // a further step must sort first, which names the particle
             throw SimulationError(fmt::format(
                 "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
                 "lower simulation.safety or dt, or check the material's parameters",
                 w.steps + 1, w.time, w.dt));
+        }
         fastest2 = std::max(fastest2, w.partial[b]);
     }
     w.max_speed = std::sqrt(fastest2);
-    w.drift += w.dt * w.max_speed;
+    // Rounding of x + dt v may move a slow particle farther than dt v.
+    w.drift += w.dt * w.max_speed + static_cast<double>(std::numeric_limits<Real>::epsilon()) * w.farthest;
 }
 
 template void gather(World<float>&);

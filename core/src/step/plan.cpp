@@ -133,6 +133,9 @@ private:
             for (auto& [spec, values] : m.varying) own(spec->key, values.bytes());
         }
         array("grid", w_.grid.bytes());
+        std::size_t sorting = 4 * w_.sort_id_buffer.capacity() + sizeof(Real) * w_.sort_buffer.capacity();
+        for (const Material<Real>& m : w_.materials) sorting += sizeof(SortEntry) * m.sort_order.capacity();
+        array("sort", sorting);
     }
     void add_materials() {
         for (Material<Real>& m : w_.materials) {

@@ -19,7 +19,7 @@ void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t
             s.force[c][to] = m.force[c][from];
         }
         for (std::size_t c = 0; b.C && c < 9; ++c) s.C[c][to] = w.C[c][at];
-        s.mass[to] = w.mass[at];
+        s.mass[to] = w.mass[at], s.volume[to] = w.volume[at];
     });
 }
 

@@ -12,13 +12,6 @@ namespace perimpm {
 
 namespace {
 
-struct SortEntry {
-    std::uint64_t block;
-    std::uint32_t cell;   ///< position of the stencil inside the tile
-    std::uint32_t index;  ///< makes the order unique, hence the same for any number of threads
-    friend auto operator<=>(const SortEntry&, const SortEntry&) = default;
-};
-
 /// Farthest cell from the origin: in single precision positions there are still known to a few thousandths of a cell, as
 /// the margin of the tiles requires; in double the Morton keys set the limit.
 template <class Real>
@@ -81,18 +74,16 @@ void permute(Threads& threads, T* values, const std::vector<SortEntry>& order, s
 
 template <class Real>
 void permute_material(World<Real>& w, Material<Real>& m, const std::vector<SortEntry>& order) {
-    static thread_local std::vector<Real> buffer;
-    static thread_local std::vector<std::uint32_t> id_buffer;
     const auto field = [&](FieldArray<Real>& f, std::size_t begin) {
-        for (std::size_t c = 0; c < f.components(); ++c) permute(w.threads, f[c] + begin, order, buffer);
+        for (std::size_t c = 0; c < f.components(); ++c) permute(w.threads, f[c] + begin, order, w.sort_buffer);
     };
     field(w.x, m.begin), field(w.v, m.begin), field(w.C, m.begin), field(m.F, 0);
-    permute(w.threads, w.mass.data() + m.begin, order, buffer);
-    permute(w.threads, w.volume.data() + m.begin, order, buffer);
-    permute(w.threads, w.id.data() + m.begin, order, id_buffer);
+    permute(w.threads, w.mass.data() + m.begin, order, w.sort_buffer);
+    permute(w.threads, w.volume.data() + m.begin, order, w.sort_buffer);
+    permute(w.threads, w.id.data() + m.begin, order, w.sort_id_buffer);
     for (StateField<Real>& s : m.particle_state) field(s.values, 0);
     for (auto& [spec, values] : m.varying)
-        if (!values.empty()) permute(w.threads, values.data(), order, buffer);
+        if (!values.empty()) permute(w.threads, values.data(), order, w.sort_buffer);
 }
 
 }  // namespace
@@ -101,13 +92,10 @@ void permute_material(World<Real>& w, Material<Real>& m, const std::vector<SortE
 /// those of bond laws keep their places and get a list of indices.
 template <class Real>
 void sort_particles(World<Real>& w) {
-    static thread_local std::vector<std::vector<SortEntry>> orders;
     check_domain(w);
-    orders.resize(std::max(orders.size(), w.materials.size()));
     w.sort_keys.clear();
-    for (std::size_t k = 0; k < w.materials.size(); ++k) {
-        Material<Real>& m = w.materials[k];
-        std::vector<SortEntry>& order = orders[k];
+    for (Material<Real>& m : w.materials) {
+        std::vector<SortEntry>& order = m.sort_order;
         order.resize(m.size);
         for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) {
             for (std::uint32_t i = 0; i < b.size; ++i)
@@ -120,11 +108,14 @@ void sort_particles(World<Real>& w) {
     std::sort(w.sort_keys.begin(), w.sort_keys.end());
     w.sort_keys.erase(std::unique(w.sort_keys.begin(), w.sort_keys.end()), w.sort_keys.end());
     w.grid.rebuild(w.sort_keys, w.transfer_needs.increment);
+    w.farthest = 0;
+    for (const ParticleBlock& block : w.grid.particle_blocks())
+        for (const std::int32_t c : block.coordinate)
+            w.farthest = std::max(w.farthest, (std::abs(c) + 2.0) * kBlockNodes * w.spacing());
 
     bool moved = false;
-    for (std::size_t k = 0; k < w.materials.size(); ++k) {
-        Material<Real>& m = w.materials[k];
-        const std::vector<SortEntry>& order = orders[k];
+    for (Material<Real>& m : w.materials) {
+        const std::vector<SortEntry>& order = m.sort_order;
         m.block_begin.resize(w.sort_keys.size() + 1);
         std::size_t next = 0;
         for (std::size_t b = 0; b < w.sort_keys.size(); ++b) {

@@ -20,9 +20,16 @@
 
 namespace perimpm {
 
-inline constexpr std::uint32_t kChunk = 128;     ///< particles that go through law and transfer together, in cache
-inline constexpr std::size_t kTilePadding = 16;  ///< columns of low-degree splines read past the tile's last row
+inline constexpr std::uint32_t kChunk = 128;  ///< particles that go through law and transfer together, in cache
 inline constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
+
+/// A particle's place in grid order.
+struct SortEntry {
+    std::uint64_t block;
+    std::uint32_t cell;   ///< position of the stencil inside the tile
+    std::uint32_t index;  ///< makes the order unique, hence the same for any number of threads
+    friend auto operator<=>(const SortEntry&, const SortEntry&) = default;
+};
 
 /// A declared state field of a law, allocated.
 template <class Real>
@@ -55,6 +62,7 @@ struct Material {
     std::vector<BondCandidate> candidates;          ///< the same, joined
     std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
     std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
+    std::vector<SortEntry> sort_order;              ///< grid transfers: of the last sort
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
@@ -131,9 +139,12 @@ struct World {
     double wave_speed = 0;      ///< last measured [m/s]
     double particle_bound = 0;  ///< particle transfer: the laws' stable step [s]
     double drift = 0;           ///< how far any particle may have moved since the sort [m]
+    double farthest = 0;        ///< bound of |x| along any axis, since the sort [m]
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
-    std::vector<std::uint64_t> sort_keys;  ///< reused by the sort
+    std::vector<std::uint64_t> sort_keys;  ///< these three: reused by the sort
+    std::vector<Real> sort_buffer;
+    std::vector<std::uint32_t> sort_id_buffer;
     PassTimer timer;
 
     double spacing() const { return scene.grid.spacing; }
@@ -212,7 +223,7 @@ template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
-/// `prepare` and `evaluate` of one chunk's block, from packed positions.
+/// Forces of one chunk's block, from packed positions; notes its largest stretch where a criterion may ask for it.
 template <class Real>
 void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);
 template <class Real>

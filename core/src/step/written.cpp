@@ -26,6 +26,9 @@ void accept_positions(World<Real>& w) {
     require_finite(w, w.x, "x", "position");
     w.drift = w.spacing();
     w.forces_known = false;
+    for (Material<Real>& m : w.materials)
+        if (m.has_bonds()) pack_positions(w, m);
+    measure_bounds(w);
 }
 
 template <class Real>

@@ -34,8 +34,9 @@ class PERIMPM_API ConstitutiveLaw {
 public:
     virtual ~ConstitutiveLaw();
     virtual LawNeeds needs() const noexcept = 0;
-    /// Reference quantities of the declared fields: at the start, and again for families that lost bonds. A later round
-    /// may read what an earlier one wrote for the neighbours.
+    /// Reference quantities of the declared fields: at the start, and again for families that lost bonds, not for their
+    /// neighbours. A later round may read what an earlier one wrote for the neighbours, as far as that does not depend on
+    /// which bonds are broken.
     virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}
     /// Bond laws: per-particle family quantities, before any neighbour reads them.
     virtual void prepare(Block<Real>&) const {}

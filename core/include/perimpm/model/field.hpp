@@ -24,13 +24,10 @@ struct FieldSpec {
     const char* unit = "1";
     double initial = 0.0;
     const char* doc = "";
-    /// Bond laws: entries side by side, entry i from data[i * packed_width(components)] on, so that a neighbour's quads
-    /// cost one load each.
-    bool packed = false;
+    /// Bond laws: entries side by side, so that a neighbour's quads cost one load each: numbers from one entry to the
+    /// next, a multiple of 4. What lies beyond `components` is the law's own.
+    std::uint32_t packed = 0;
 };
-
-/// Numbers that an entry of a packed field takes: whole quads.
-constexpr std::size_t packed_width(std::size_t components) { return (components + 3) / 4 * 4; }
 
 /// A list of declarations with static lifetime.
 struct FieldSpecs {

@@ -13,22 +13,25 @@ namespace perimpm {
 inline constexpr int kTileNodes = 8;
 inline constexpr int kTileOffset = 2;  ///< the tile starts two nodes below the block's first node
 inline constexpr int kTileValues = 4 * kTileNodes * kTileNodes * kTileNodes;
+inline constexpr int kTilePadding = 16;  ///< numbers past the tile's end that kernels may read and write: stencils of
+                                         ///< low degree are taken four nodes wide along z
 
 /// What a transfer kernel sees: particles of one material inside one grid block, and the tile around them.
 template <class Real>
 struct TransferBlock {
     std::uint32_t size = 0;
-    Real dt = 0;                   ///< [s]
-    Real spacing = 0;              ///< dx [m]
-    std::int32_t origin[3] = {};   ///< index of the tile's first node
-    Field<Real> x, v;              ///< [m], [m/s]
-    Field<Real> C;                 ///< affine velocity [1/s], 9, row-major; null unless the kernel asks for it
-    Field<Real> F;                 ///< deformation gradient, 9; null unless the law asks for it
-    const Real* mass = nullptr;    ///< [kg]
-    const Real* volume = nullptr;  ///< reference volume [m^3]
-    Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; null for bond laws
-    Field<const Real> force;       ///< internal force [N], 3; null for local laws
-    Real* tile = nullptr;          ///< kTileValues numbers, 64-byte aligned
+    Real dt = 0;                  ///< [s]
+    Real spacing = 0;             ///< dx [m]
+    std::int32_t origin[3] = {};  ///< index of the tile's first node
+    Field<Real> x, v;             ///< [m], [m/s]
+    Field<Real> C;               ///< affine velocity [1/s], 9, row-major: in to scatter, out of gather; null unless the
+                                 ///< kernel asks for it
+    Field<Real> F;               ///< deformation gradient, 9; null unless the law asks for it
+    const Real* mass = nullptr;  ///< [kg]; scatter
+    const Real* volume = nullptr;  ///< reference volume [m^3]; scatter
+    Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; scatter, null for bond laws
+    Field<const Real> force;       ///< internal force [N], 3; scatter, null for local laws
+    Real* tile = nullptr;          ///< kTileValues + kTilePadding numbers, 64-byte aligned
     Real* increment = nullptr;     ///< second tile: scatter (impulse, -), gather (velocity before forces, -)
     Real fastest2 = 0;             ///< out of gather: largest squared grid velocity at a particle [m^2/s^2]
     Real sum2 = 0;                 ///< out of gather: sum of the same, not finite when any velocity is not

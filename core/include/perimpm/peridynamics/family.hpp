@@ -29,11 +29,10 @@ struct BondPack {
     PERIMPM_INLINE Pack<Real> gather(const Real* field) const {
         return Pack<Real>([&](std::size_t lane) { return field[neighbour[lane]]; });
     }
-    /// The neighbours' entries of a packed field: Components numbers and the rest of the last quad.
-    template <std::size_t Components>
-    PERIMPM_INLINE void gather_packed(const Real* field, Pack<Real> out[packed_width(Components)]) const {
-        constexpr std::size_t width = packed_width(Components);
-        for (std::size_t q = 0; q < width; q += 4) gather_quads<width>(field + q, neighbour, out + q);
+    /// The neighbours' entries of a field whose entries are Width numbers side by side.
+    template <std::size_t Width>
+    PERIMPM_INLINE void gather_packed(const Real* field, Pack<Real> out[Width]) const {
+        for (std::size_t q = 0; q < Width; q += 4) gather_quads<Width>(field + q, neighbour, out + q);
     }
     /// Vectors from the particle at `own` to its neighbours; both in arrays packed by four.
     PERIMPM_INLINE void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
@@ -80,10 +79,11 @@ PERIMPM_INLINE T relative_extension(const T Z[3], const T& length) {
     const T z = norm(Z);
     return (z - length) * inverse_length(z);
 }
-/// The stretch (|Y| - |X|)/|X| that belongs to a relative extension below 1.
+/// The stretch (|Y| - |X|)/|X| that belongs to a relative extension; infinite where that is 1 by rounding.
 template <class Real>
 Real stretch_of(Real relative_extension) {
-    return relative_extension / (1 - relative_extension);
+    return relative_extension < 1 ? relative_extension / (1 - relative_extension)
+                                  : std::numeric_limits<Real>::infinity();
 }
 
 /// sum over the full cubic lattice of spacing h of value(|X|) h^3, |X| <= horizon.

@@ -60,7 +60,8 @@ struct AbiStamp {
     friend constexpr bool operator==(const AbiStamp&, const AbiStamp&) = default;
 };
 
-inline constexpr std::uint32_t kInterfaceVersion = 2;
+/// Grows with every change of what crosses the border that no struct's size shows: virtual functions, meanings.
+inline constexpr std::uint32_t kInterfaceVersion = 3;
 
 constexpr AbiStamp abi_stamp() {
 #if defined(__clang__)
