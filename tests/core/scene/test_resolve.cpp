@@ -70,7 +70,8 @@ TEST_CASE("resolve: every key that was not given has its declared default", "[sc
 }
 
 TEST_CASE("resolve: models have all of their parameters, the type first", "[scene]") {
-    const Value tree = resolved();
+    const Scene scene = scene_from(kBox);
+    const Value tree = resolved_scene(scene);
     const std::pair<Family, const char*> models[] = {{Family::transfer, "transfer"},
                                                      {Family::constitutive, "material.rubber.constitutive"}};
     for (const auto& [family, path] : models) {
@@ -78,7 +79,7 @@ TEST_CASE("resolve: models have all of their parameters, the type first", "[scen
         CHECK(table[0].first == "type");
         const PluginDescriptor& plugin = *open_plugin(family, text(tree, std::string(path) + ".type")).descriptor;
         CHECK(table.size() == 1 + plugin.param_count);
-        const Value& given = part(scene_from(kBox).source, path);
+        const Value& given = part(scene.source, path);
         for (std::uint32_t k = 0; k < plugin.param_count; ++k)
             if (!given.find(plugin.params[k].key)) check_default(part(tree, path), plugin.params[k]);
     }

@@ -18,8 +18,7 @@ TEST_CASE("simulation: steps add up to its time", "[step]") {
 
 TEST_CASE("simulation: either precision is what the fields hold", "[step]") {
     CHECK(Simulation(scene_from(kBox), 1).field("x").type == NumberType::float64);
-    CHECK(Simulation(scene_from(kBox, {R"(simulation.precision="float")"}), 1).field("x").type ==
-          NumberType::float32);
+    CHECK(Simulation(scene_from(kBox, {R"(simulation.precision="float")"}), 1).field("x").type == NumberType::float32);
 }
 
 TEST_CASE("simulation: a free cube falls by gravity alone, with and without a grid", "[step]") {
