@@ -1,3 +1,4 @@
+#include <cmath>
 #include <limits>
 
 #include "perimpm/error.hpp"
@@ -49,4 +50,32 @@ TEST_CASE("gather: a velocity that is not finite ends the run", "[step]") {
         w->steps = 4;
         CHECK(contains(message_of<SimulationError>([&] { gather(*w); }), "no longer finite in step 5"));
     }
+}
+
+TEST_CASE("gather: rounding that carries a slow particle farther than dt v counts as drift", "[step]") {
+    const auto w = box_world<float>({R"(body.0.shape={ type = "box", min = [2.5, 0, 0], max = [2.55, 0.05, 0.05] })"});
+    REQUIRE(w->count == 1);
+    w->dt = 1e-3;
+    const float start = w->x[0][0], ulp = std::nextafter(start, 3.0f) - start;
+    for (int step = 0; step < 100; ++step) {  // 0.52 ulp of x, which rounds up to a whole one
+        scatter(*w);
+        for (std::size_t g = 0; g < w->grid.size(); ++g)
+            for (int n = 0; n < kNodesPerBlock; ++n) {
+                std::fill_n(w->grid.nodes(g) + 4 * n, 3, 0.0f);
+                w->grid.nodes(g)[4 * n] = 520 * ulp;
+            }
+        gather(*w);
+    }
+    const auto moved = static_cast<double>(w->x[0][0] - start);
+    CHECK(moved > 0.9 * 100 * static_cast<double>(ulp));
+    CHECK(w->drift >= moved);
+}
+
+TEST_CASE("gather: a step after one that failed sorts first and names the particle", "[step]") {
+    Simulation simulation(scene_from(kBox), 1);
+    simulation.step();
+    auto* v = static_cast<double*>(simulation.field("v").data);
+    v[7] = std::numeric_limits<double>::quiet_NaN();
+    CHECK_FALSE(message_of<SimulationError>([&] { simulation.step(); }).empty());
+    CHECK(contains(message_of<SimulationError>([&] { simulation.step(); }), "particle"));
 }

@@ -40,3 +40,11 @@ TEMPLATE_TEST_CASE("written: what is not finite is refused by field, particle an
     CHECK(contains(message_of<SimulationError>([&] { accept_velocities(*w); }),
                    "the velocity written into 'v' " + particle + "z is -inf"));
 }
+
+TEST_CASE("written: positions of a bond law renew its wave speed", "[step]") {
+    const auto w = box_world({kBonds});
+    const double before = w->wave_speed;
+    for (std::size_t p = 0; p < w->count; ++p) w->x[0][p] *= 1.5;
+    accept_positions(*w);
+    CHECK_THAT(w->wave_speed, WithinRel(1.5 * before, 1e-9));  // bonds along x are 1.5 times as long
+}
