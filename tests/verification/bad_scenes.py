@@ -136,9 +136,9 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     "body larger than the domain": (("body.0.shape", box([-2] * 3, [2] * 3)), ["body.0", "outside", "domain"]),
     "body beyond the reach of the grid": (
         lambda tree: put(
-            put(tree, "grid.domain", None), "body.0.shape", box([4e3, 0, 0], [4000.4, 0.4, 0.4])
+            put(tree, "grid.domain", None), "body.0.shape", box([8e3, 0, 0], [8000.4, 0.4, 0.4])
         ),
-        ["body.0", "body 0", "3276.8", "origin", "double"],
+        ["body.0", "body 0", "6553.6", "origin", "double"],
     ),
     "start velocity not a number": (
         ("body.0.initial_velocity", [NAN, 0.0, 0.0]),
