@@ -51,9 +51,15 @@ std::uint64_t fingerprint(SharedSimulation& shared, const std::string& name) {
         hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
         hash ^= hash >> 32;
     };
+    const std::size_t item = bytes_of(field.type);
     for (std::size_t c = 0; c < field.components; ++c) {
-        const auto* from = static_cast<const std::byte*>(field.data) + c * field.stride * bytes_of(field.type);
-        const std::size_t bytes = field.size * bytes_of(field.type);
+        const auto* from = static_cast<const std::byte*>(field.data) + c * field.stride * item;
+        for (std::size_t i = 0; field.entry != 1 && i < field.size; ++i) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, from + i * field.entry * item, item);
+            mix(word);
+        }
+        const std::size_t bytes = field.entry == 1 ? field.size * item : 0;  // side by side: words at once
         for (std::size_t at = 0; at < bytes; at += sizeof(std::uint64_t)) {
             std::uint64_t word = 0;
             std::memcpy(&word, from + at, std::min(sizeof word, bytes - at));

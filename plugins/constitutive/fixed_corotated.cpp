@@ -139,4 +139,4 @@ private:
 }  // namespace
 
 PERIMPM_PLUGIN(ConstitutiveLaw, FixedCorotated, kParams,
-               "fixed-corotated elasticity from the SVD of F (local baseline)")
+               "fixed-corotated elasticity from the polar decomposition of F (local baseline)")

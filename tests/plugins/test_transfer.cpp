@@ -12,9 +12,13 @@ namespace {
 
 using Kernel = ModelPtr<TransferKernel, double>;
 
-Kernel kernel(const std::string& name, int order, const std::string& more = "") {
-    return make<TransferKernel, double>(name, "order = " + std::to_string(order) + "\n" + more);
+template <class Real = double>
+ModelPtr<TransferKernel, Real> kernel(const std::string& name, int order, const std::string& more = "") {
+    return make<TransferKernel, Real>(name, "order = " + std::to_string(order) + "\n" + more);
 }
+
+template <class Real>
+constexpr double kEpsilon = std::numeric_limits<Real>::epsilon();
 
 double coordinate(std::mt19937& random, double low, double high) {
     return std::uniform_real_distribution(low, high)(random);
@@ -26,9 +30,10 @@ Vec3 vector(std::mt19937& random, double low, double high) {
 constexpr double kSpacing = 0.4;
 
 /// Particles at random places whose stencils of every order lie inside the tile, with random masses and velocities.
-Tile<double> random_tile(std::size_t size) {
+template <class Real = double>
+Tile<Real> random_tile(std::size_t size) {
     std::mt19937 random(7);
-    Tile<double> tile(size, kSpacing);
+    Tile<Real> tile(size, kSpacing);
     for (std::size_t p = 0; p < size; ++p)
         tile.place(p, kSpacing * vector(random, 1.01, 5.99), vector(random, -1, 1), coordinate(random, 0.5, 2.0));
     return tile;
@@ -99,13 +104,13 @@ TEST_CASE("transfer: nodal forces of a drifting line reproduce the cell-crossing
         }
 }
 
-TEST_CASE("transfer: mass and momentum arrive on the grid", "[transfer]") {
+TEMPLATE_TEST_CASE("transfer: mass and momentum arrive on the grid", "[transfer]", float, double) {
     const std::size_t size = 100;
     for (const char* name : {"pic", "flip", "apic"})
         for (const int order : {1, 2, 3}) {
             CAPTURE(name, order);
-            Tile<double> tile = random_tile(size);
-            tile.scatter(*kernel(name, order), 0.01, true);
+            Tile<TestType> tile = random_tile<TestType>(size);
+            tile.scatter(*kernel<TestType>(name, order), 0.01, true);
             double mass = 0, scale = 0, grid_mass = 0;
             Vec3 momentum = Vec3::Zero(), grid_momentum = Vec3::Zero(), spin = Vec3::Zero(), grid_spin = Vec3::Zero();
             for (std::size_t p = 0; p < size; ++p) {
@@ -113,14 +118,14 @@ TEST_CASE("transfer: mass and momentum arrive on the grid", "[transfer]") {
                 momentum += tile.mass(p) * tile.v(p);
                 spin += tile.x(p).cross(tile.mass(p) * tile.v(p));
             }
-            for (std::size_t n = 0; n < Tile<double>::kNodes; ++n) {
+            for (std::size_t n = 0; n < Tile<TestType>::kNodes; ++n) {
                 grid_mass += tile.node_mass(n);
                 grid_momentum += tile.node_momentum(n);
                 grid_spin += tile.node_position(n).cross(tile.node_momentum(n));
             }
-            CHECK_THAT(grid_mass, WithinRel(mass, 1e-13));
-            CHECK((grid_momentum - momentum).norm() <= 1e-13 * scale);
-            CHECK((grid_spin - spin).norm() <= 1e-13 * scale);  // sum_I w_I x_I = x_p
+            CHECK_THAT(grid_mass, WithinRel(mass, 100 * kEpsilon<TestType>));
+            CHECK((grid_momentum - momentum).norm() <= 100 * kEpsilon<TestType> * scale);
+            CHECK((grid_spin - spin).norm() <= 100 * kEpsilon<TestType> * scale);  // sum_I w_I x_I = x_p
         }
 }
 
@@ -161,18 +166,19 @@ TEST_CASE("transfer: nodal force is minus V tau grad w", "[transfer]") {
     }
 }
 
-TEST_CASE("transfer: gather moves with the grid's velocity and updates F by its gradient", "[transfer]") {
+TEMPLATE_TEST_CASE("transfer: gather moves with the grid's velocity and updates F by its gradient", "[transfer]", float,
+                   double) {
     Matrix3d L;
     L << 0.3, -0.2, 0.1, 0.5, 0.7, -0.4, -0.6, 0.2, 0.1;
     const Vec3 v0(1.0, -2.0, 0.5);
-    const double dt = 0.01;
+    const double dt = 0.01, eps = kEpsilon<TestType>;
     for (const char* name : {"pic", "flip", "apic"})
         for (const char* divergence : {"gradient", "mls"})
             for (const int order : {1, 2, 3}) {
                 if (order == 1 && std::string(divergence) == "mls") continue;
                 CAPTURE(name, order, divergence);
-                const Kernel k = kernel(name, order, std::string("stress_divergence = \"") + divergence + '"');
-                Tile<double> tile = random_tile(30);
+                const auto k = kernel<TestType>(name, order, std::string("stress_divergence = \"") + divergence + '"');
+                Tile<TestType> tile = random_tile<TestType>(30);
                 tile.scatter(*k, dt, true);
                 tile.update();
                 std::vector<Vec3> before;
@@ -180,22 +186,23 @@ TEST_CASE("transfer: gather moves with the grid's velocity and updates F by its 
                 tile.set_velocities([&](const Vec3& x) -> Vec3 { return v0 + L * x; });
                 tile.gather(*k, dt, true);
                 for (std::size_t p = 0; p < 30; ++p) {
-                    CHECK((tile.x(p) - (before[p] + dt * (v0 + L * before[p]))).norm() <= 1e-14);
-                    CHECK((tile.F(p) - (Matrix3d::Identity() + dt * L)).norm() <= 1e-14);
-                    if (std::string(name) != "flip") CHECK((tile.v(p) - (v0 + L * before[p])).norm() <= 1e-13);
-                    if (std::string(name) == "apic") CHECK((tile.C(p) - L).norm() <= 1e-12);
+                    CHECK((tile.x(p) - (before[p] + dt * (v0 + L * before[p]))).norm() <= 50 * eps);
+                    CHECK((tile.F(p) - (Matrix3d::Identity() + dt * L)).norm() <= 50 * eps);
+                    if (std::string(name) != "flip") CHECK((tile.v(p) - (v0 + L * before[p])).norm() <= 500 * eps);
+                    if (std::string(name) == "apic") CHECK((tile.C(p) - L).norm() <= 5000 * eps);
                 }
             }
 }
 
-TEST_CASE("apic: an affine velocity field survives scatter and gather", "[transfer]") {
+TEMPLATE_TEST_CASE("apic: an affine velocity field survives scatter and gather", "[transfer]", float, double) {
     Matrix3d L;
     L << 0.3, -0.2, 0.1, 0.5, 0.7, -0.4, -0.6, 0.2, 0.1;
     const Vec3 v0(1.0, -2.0, 0.5);
+    const double eps = kEpsilon<TestType>;
     for (const int order : {1, 2, 3}) {
         CAPTURE(order);
-        const Kernel k = kernel("apic", order);
-        Tile<double> tile = random_tile(50);
+        const auto k = kernel<TestType>("apic", order);
+        Tile<TestType> tile = random_tile<TestType>(50);
         for (std::size_t p = 0; p < 50; ++p) {
             tile.place(p, tile.x(p), v0 + L * tile.x(p), tile.mass(p));
             tile.set_C(p, L);
@@ -204,8 +211,8 @@ TEST_CASE("apic: an affine velocity field survives scatter and gather", "[transf
         tile.update();
         tile.gather(*k, 0.0, true);
         for (std::size_t p = 0; p < 50; ++p) {
-            CHECK((tile.v(p) - (v0 + L * tile.x(p))).norm() <= 1e-12);
-            CHECK((tile.C(p) - L).norm() <= 1e-11);
+            CHECK((tile.v(p) - (v0 + L * tile.x(p))).norm() <= 5000 * eps);
+            CHECK((tile.C(p) - L).norm() <= 50000 * eps);
         }
     }
 }

@@ -59,6 +59,7 @@ def test_report(workload: str, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert len(ours["seconds_per_step"]) == len(ours["quiet"]) == 5
     assert ours["ns_per_particle_step"] == pytest.approx(1e9 * np.median(ours["seconds_per_step"]) / ours["particles"])
     assert (ours["ns_per_bond"] is not None) == (workload == "pd-cube")
+    assert ours["order"] == (2 if workload == "mpm-block" else None)
     work = mpm_block(6, "fixed_corotated", "apic", 2, "float") if workload == "mpm-block" else None
     work = work or pd_cube(6, "pd_bond", "particle", "float")
     sim = perimpm.Simulation(work.scene, threads=1)
@@ -78,6 +79,7 @@ def test_json_alone_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["--reps", "4"], "--reps 4: expected 5 or more"),
         (["--threads", "100000"], "--threads 100000: expected 1 to"),
+        (["--workload", "pd-cube", "--order", "2"], "--order 2: is for mpm-block"),
         (["--law", "no_such_law"], "no_such_law"),  # refused by the engine's process
     ],
 )

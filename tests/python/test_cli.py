@@ -22,6 +22,12 @@ def test_run(scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "frame 2/2" in shown.err and "substeps/s" in shown.err and "ETA" in shown.err
 
 
+def test_fewer_than_no_threads(scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", scene, "-o", str(tmp_path / "out"), "--threads", "-3"]) == 2
+    assert "threads: -3: expected 1 or more worker threads, or 0 for every core" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_run_puts_frames_under_out_by_default(scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["run", scene, "--frames", "1"]) == 0

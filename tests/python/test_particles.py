@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import perimpm
+from perimpm import _core
 
 
 def test_shapes_and_types(box: dict[str, Any]) -> None:
@@ -135,3 +136,16 @@ def test_unknown_names(box: dict[str, Any]) -> None:
         p["mas"]
     with pytest.raises(perimpm.InputError, match="rubber"):
         p.of("ruber")
+
+
+def test_fingerprint_sees_every_number_of_a_packed_field(box: dict[str, Any]) -> None:
+    """Entries of `mean_deformation` stand side by side, 16 numbers each."""
+    box["material"]["rubber"]["constitutive"] = {"type": "pd_elastic", "youngs_modulus": 1e5, "horizon": 2.01}
+    sim = perimpm.Simulation(box)
+    sim.step()
+    field = sim.particles["mean_deformation"]
+    seen = {_core.fingerprint(sim._core, "mean_deformation")}
+    for at in ((0, 0), (0, 15), (len(field) - 1, 0), (len(field) - 1, 15), (len(field) // 2, 7)):
+        field[at] += 1.0
+        seen.add(_core.fingerprint(sim._core, "mean_deformation"))
+    assert len(seen) == 6

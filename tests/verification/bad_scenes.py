@@ -134,6 +134,12 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     "body without particles": (("body.0.shape", box([0] * 3, [1e-3] * 3)), ["body.0", "no particle", "spacing"]),
     "body outside the domain": (("body.0.shape", box([3] * 3, [3.4] * 3)), ["body.0", "outside", "domain"]),
     "body larger than the domain": (("body.0.shape", box([-2] * 3, [2] * 3)), ["body.0", "outside", "domain"]),
+    "body beyond the reach of the grid": (
+        lambda tree: put(
+            put(tree, "grid.domain", None), "body.0.shape", box([8e3, 0, 0], [8000.4, 0.4, 0.4])
+        ),
+        ["body.0", "body 0", "6553.6", "origin", "double"],
+    ),
     "start velocity not a number": (
         ("body.0.initial_velocity", [NAN, 0.0, 0.0]),
         ["body.0.initial_velocity", "finite"],
@@ -150,6 +156,19 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
         ("collider", [{"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 0]}}]),
         ["collider.0.shape", "normal"],
     ),
+    "plane that turns": (
+        (
+            "collider",
+            [
+                {
+                    "angular_velocity": [0.0, 0.0, 1.0],
+                    "shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]},
+                }
+            ],
+        ),
+        ["collider.0.angular_velocity", "plane", "box"],
+    ),
+    "more frames than have numbers": (("simulation.frame_rate", 1e12), ["simulation.frame_rate", "frames", "1e+09"]),
     "negative friction": (
         ("collider", [{"friction": -1.0, "shape": {"type": "sphere", "center": [0, 0, 0], "radius": 0.1}}]),
         ["collider.0.friction", "at least 0"],

@@ -14,7 +14,7 @@ class Run:
     workload: str
     law: str
     transfer: str
-    order: int
+    order: int | None  #: None: no grid
     precision: str
     threads: int
     side: int

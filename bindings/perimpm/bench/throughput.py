@@ -52,11 +52,13 @@ def _complete(args: argparse.Namespace) -> Run:
     most = len(os.sched_getaffinity(0))
     if args.threads < 0 or args.threads > most:
         raise InputError(f"--threads {args.threads}: expected 1 to {most}, a processor for each, or 0 for all")
+    if args.order and not block:
+        raise InputError(f"--order {args.order}: is for mpm-block; pd-cube has no splines of its own")
     return Run(
         workload=args.workload,
         law=args.law or ("fixed_corotated" if block else "pd_bond"),
         transfer=args.transfer or ("apic" if block else "particle"),
-        order=args.order,
+        order=(args.order or 2) if block else None,
         precision=args.precision,
         threads=args.threads or most,
         side=args.side or (23 if block else 46),
@@ -64,7 +66,7 @@ def _complete(args: argparse.Namespace) -> Run:
 
 
 def _workload(run: Run) -> Workload:
-    if run.workload == "mpm-block":
+    if run.order is not None:
         return mpm_block(run.side, run.law, run.transfer, run.order, run.precision)
     return pd_cube(run.side, run.law, run.transfer, run.precision)
 
@@ -150,7 +152,7 @@ def _differences(results: Sequence[Result]) -> list[str]:
 def _add_bound(report: Result, run: Run, limits: dict[str, float] | None) -> None:
     if limits is None:
         return
-    if run.workload == "pd-cube":
+    if run.order is None:
         bound: Result | None = bond_bound(limits, run.precision)
     else:
         local = report["bonds"] == 0

@@ -1,5 +1,7 @@
 #include "perimpm/io/run.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 
@@ -61,10 +63,21 @@ private:
         double share = target - simulation_.time();
         for (double left = share; left > kTimeTolerance * interval_; left = target - simulation_.time()) {
             share = left / std::ceil(left / share - kTimeTolerance);
+            const double before = simulation_.time();
             share = simulation_.step(share);
+            require_progress(before, share);
             if (!go_on()) return false;
         }
         return true;
+    }
+
+    /// A step below the rounding of the time would be repeated for ever.
+    void require_progress(double before, double step) const {
+        if (simulation_.time() > before) return;
+        throw SimulationError(fmt::format(
+            "step {}: the time stands still at {:g} s: the stable step has shrunk to {:g} s, so that something "
+            "moves or stiffens without bound",
+            simulation_.steps(), before, step));
     }
 
     bool go_on() const { return !options_.after_step || options_.after_step(progress()); }

@@ -37,7 +37,7 @@ Versions versions(const std::vector<std::string>& modules) {
     Versions list = {{"perimpm", PERIMPM_VERSION},
                      {"compiler", kCompiler},
                      {"build", PERIMPM_BUILD_TYPE},
-                     {"instruction set", instructions.empty() ? "baseline" : instructions},
+                     {"instruction set", instructions.empty() ? baseline_name() : instructions},
                      {"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
                      {"oneTBB", TBB_runtime_version()}};
     for (const std::string& module : modules) add_module(list, module);

@@ -9,20 +9,16 @@ namespace perimpm {
 namespace {
 
 #if defined(__x86_64__)
-const std::vector<std::string> kKnown = {"x86-64", "x86-64-v3", "x86-64-v4"};
-
-bool supports_v3() {
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-}
-
-bool supports_v4() {
-    return supports_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-           __builtin_cpu_supports("avx512vl");
-}
+const std::vector<std::string> kKnown = {"x86-64-v2", "x86-64-v3", "x86-64-v4"};
 
 /// Index into kKnown.
-std::ptrdiff_t highest_supported() { return supports_v4() ? 2 : supports_v3() ? 1 : 0; }
+std::ptrdiff_t highest_supported() {
+    if (__builtin_cpu_supports("x86-64-v4")) return 2;
+    if (__builtin_cpu_supports("x86-64-v3")) return 1;
+    if (__builtin_cpu_supports("x86-64-v2")) return 0;
+    throw InputError{"this machine's processor lacks instructions of " + kKnown.front() +
+                     ", the least that perimpm and its plugins are built for"};
+}
 #else
 const std::vector<std::string> kKnown;
 std::ptrdiff_t highest_supported() { return -1; }
@@ -42,6 +38,8 @@ std::ptrdiff_t forced_level(const std::string& name) {
 }
 
 }  // namespace
+
+std::string baseline_name() { return kKnown.empty() ? "portable" : kKnown.front(); }
 
 std::vector<std::string> instruction_set_folders() {
     const char* forced = std::getenv("PERIMPM_ISA");

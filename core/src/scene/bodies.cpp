@@ -80,11 +80,21 @@ BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
     };
 }
 
+/// A half space has no end: points far from the pivot would move at any speed, which no time step can follow.
+void refuse_turning_plane(const Reader& r) {
+    const Value* type = r.value("shape")->find("type");
+    const bool is_plane =
+        type && std::holds_alternative<std::string>(type->data) && std::get<std::string>(type->data) == "plane";
+    if (is_plane && !vec3(r, "angular_velocity").isZero(0.0))
+        r.fail("angular_velocity", "is for shapes that end: a plane cannot turn\n  use a box as large as is needed");
+}
+
 ColliderSpec read_collider(const Value& table, std::size_t index, const std::string& folder) {
     const std::string default_name = fmt::format("collider {}", index);
     const std::string what = describe(table, default_name);
     const Reader r{table, keys::kCollider, what};
     check_shape(*r.value("shape"), what, folder, false);
+    refuse_turning_plane(r);
     const std::string contact = r.text("contact");
     return {
         .name = r.given("name") ? r.text("name") : default_name,

@@ -111,7 +111,11 @@ constexpr ParamSpec kColliderTable[] = {
      .doc = "separate lets material leave; slip holds its normal motion; sticky holds all"},
     {.key = "friction", .range = at_least(0.0), .default_value = 0.0, .doc = "Coulomb coefficient"},
     {.key = "velocity", .kind = vector, .unit = "m/s", .default_text = "[0, 0, 0]", .doc = "of the pivot"},
-    {.key = "angular_velocity", .kind = vector, .unit = "rad/s", .default_text = "[0, 0, 0]", .doc = "about the pivot"},
+    {.key = "angular_velocity",
+     .kind = vector,
+     .unit = "rad/s",
+     .default_text = "[0, 0, 0]",
+     .doc = "about the pivot; planes do not turn"},
     {.key = "pivot", .kind = vector, .unit = "m", .default_text = "[0, 0, 0]", .doc = "centre of rotation at t = 0"},
 };
 constexpr ParamSpec kOutputTable[] = {

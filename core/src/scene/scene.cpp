@@ -37,8 +37,14 @@ void require_known_format(const Value& tree) {
     }
 }
 
+constexpr double kMostFrames = 1e9;  ///< their numbers have 32 bits
+
 SimulationSpec read_simulation(const Value& table) {
     const Reader r{table, keys::kSimulation, "simulation"};
+    if (const double frames = r.number("end_time") * r.number("frame_rate"); frames > kMostFrames) {
+        r.fail("frame_rate",
+               fmt::format("and 'end_time' make {:g} frames; at most {:g} are supported", frames, kMostFrames));
+    }
     const bool is_auto = r.text("dt") == "auto";
     const Value* dt = r.value("dt");
     return {

@@ -24,6 +24,14 @@ constexpr std::uint64_t compact_bits(std::uint64_t v) {
 
 inline constexpr std::int32_t kMortonBias = 1 << 17;  ///< coordinates from -bias to bias - 1
 
+/// Farthest cell from the origin that particles on a grid may reach: in single precision positions there are still known
+/// to a few thousandths of a cell, as the margin of the tiles requires; in double the keys of blocks (4 cells) set the
+/// limit.
+template <class Real>
+constexpr double farthest_cell() {
+    return sizeof(Real) == sizeof(float) ? 32768.0 : 4.0 * (kMortonBias - 2);
+}
+
 /// Z-order key (Morton 1966) of three coordinates; neighbours in space are mostly neighbours in memory.
 constexpr std::uint64_t morton(const std::int32_t c[3]) {
     return spread_bits(static_cast<std::uint64_t>(c[0] + kMortonBias)) << 2 |

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <cstddef>
+
+#include "perimpm/error.hpp"
 
 namespace perimpm {
 
@@ -11,7 +14,8 @@ namespace perimpm {
 /// to the same place are ordered by the caller, and sums are taken over pieces in order.
 class Threads {
 public:
-    explicit Threads(int count) : arena_(count > 0 ? count : tbb::task_arena::automatic) { arena_.initialize(); }
+    /// 0: every core.
+    explicit Threads(int count) : arena_(concurrency(count)) { arena_.initialize(); }
     int count() const { return arena_.max_concurrency(); }
     /// The calling worker's number, below count().
     static int current() { return tbb::this_task_arena::current_thread_index(); }
@@ -28,6 +32,12 @@ public:
     }
 
 private:
+    static int concurrency(int count) {
+        if (count < 0)
+            throw InputError(fmt::format("threads: {}: expected 1 or more worker threads, or 0 for every core", count));
+        return count > 0 ? count : tbb::task_arena::automatic;
+    }
+
     tbb::task_arena arena_;
 };
 

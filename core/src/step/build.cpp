@@ -48,6 +48,23 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
                   spec, "it declares more than 8 parameters that vary per particle");
 }
 
+/// Before anything is made of the particles, so that the scene is blamed and not the simulation.
+template <class Real>
+void refuse_beyond_grid(const World<Real>& w, const BodySample& s) {
+    const double reach = farthest_cell<Real>() * w.spacing();
+    for (const Vec3& x : s.points)
+        for (int c = 0; c < 3; ++c) {
+            if (std::abs(static_cast<double>(static_cast<Real>(x[c]))) < reach) continue;
+            throw InputError(
+                s.spec->source.place.text(),
+                fmt::format("body '{}' reaches {:g} m along axis {}: on a grid of spacing {:g} m particles in {} "
+                            "precision must stay within {:g} m of the origin\n  move the scene nearer to the origin{}",
+                            s.spec->name, x[c], "xyz"[c], w.spacing(),
+                            std::is_same_v<Real, float> ? "single" : "double", reach,
+                            std::is_same_v<Real, float> ? ", or use precision = \"double\"" : ""));
+        }
+}
+
 /// Faces act on the grid's nodes: without a grid they would be ignored.
 void refuse_closed_faces(const Scene& scene) {
     if (!scene.grid.bounded) return;
@@ -105,6 +122,8 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
                                      spec.criterion.type, spec.law.type, spec.name));
     m.criterion_name = spec.criterion.type;
     m.criterion = create_model<FractureCriterion, Real>(spec.criterion, context);
+    require_sound(m.criterion->interval() >= 1, spec.criterion,
+                  "a criterion is asked every 1 or more steps, not every 0");
 }
 
 /// Parameters given as a ramp over space get one value per particle.
@@ -168,7 +187,10 @@ void create_candidate_buffers(World<Real>& w) {
 template <class Real>
 void build_world(World<Real>& w) {
     create_transfer(w);
-    std::vector<BodySample> samples = sample_bodies(w.scene);
+    std::vector<BodySample> samples;
+    w.threads.execute([&] { samples = sample_bodies(w.scene); });
+    if (w.transfer_needs.grid)
+        for (const BodySample& s : samples) refuse_beyond_grid(w, s);
     w.body_begin.push_back(0);
     for (const BodySample& s : samples)
         w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
@@ -213,9 +235,11 @@ void build_world(World<Real>& w) {
         create_varying(m, spec, X);
         create_fields(w, m);
     }
-    for (const ColliderSpec& c : w.scene.colliders)
-        w.colliders.emplace_back(
-            c, build_shape(c.shape, w.scene.folder, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing));
+    const double voxel = w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing;
+    w.threads.execute([&] {
+        for (const ColliderSpec& c : w.scene.colliders)
+            w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, voxel));
+    });
     for (Scratch<Real>& s : w.scratch) s.near.colliders.reserve(w.colliders.size());
     create_candidate_buffers(w);
     measure_bounds(w);

@@ -29,7 +29,7 @@ double Collider::max_speed() const {
     double reach = 0;
     for (int corner = 0; corner < 8; ++corner)
         reach = std::max(reach, (box.corner(static_cast<Box3::CornerType>(corner)) - spec_.pivot).norm());
-    return spec_.velocity.norm() + (std::isfinite(reach) ? rate * reach : 0.0);
+    return spec_.velocity.norm() + rate * reach;  // shapes that turn have an end
 }
 
 Vec3 resolve_contact(const Vec3& relative, const Vec3& normal, Contact contact, double friction) {

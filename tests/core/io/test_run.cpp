@@ -77,3 +77,13 @@ TEST_CASE("run: a failure leaves the state beside the frames and is passed on", 
     CHECK(files_in(folder.path).count("failed.h5") == 1);
     CHECK(contains(text_of(folder.path / "run.json"), R"("status": "failed")"));
 }
+
+TEST_CASE("run: a step that does not advance the time is a failure", "[io]") {
+    Simulation simulation = start();
+    run(simulation, {.folder = "", .frames = 2, .after_step = {}});
+    entry(simulation.field("v"), 0) = 1e30;  // apic's step is then below 1e-31 s, and 0.02 + 1e-31 = 0.02
+    simulation.velocities_changed();
+    const std::string message =
+        message_of<SimulationError>([&] { run(simulation, {.folder = "", .frames = 3, .after_step = {}}); });
+    CHECK(contains(message, "the time stands still at 0.02 s"));
+}

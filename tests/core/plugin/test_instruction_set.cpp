@@ -16,11 +16,17 @@ TEST_CASE("instruction set: an unknown one is refused", "[plugin]") {
 }
 
 #if defined(__x86_64__)
+TEST_CASE("instruction set: names are those of the psABI levels, the baseline's as well", "[plugin]") {
+    CHECK(baseline_name() == "x86-64-v2");
+    const EnvironmentVariable isa{"PERIMPM_ISA", "x86-64"};
+    CHECK(contains(message_of([] { instruction_set_folders(); }), "unknown instruction set 'x86-64'"));
+}
+
 TEST_CASE("instruction set: PERIMPM_ISA caps the list", "[plugin]") {
     const EnvironmentVariable unset{"PERIMPM_ISA", std::nullopt};
     const std::vector<std::string> best = instruction_set_folders();
     for (std::size_t first = 0; first < best.size(); ++first) {
-        const EnvironmentVariable isa{"PERIMPM_ISA", best[first].empty() ? "x86-64" : best[first]};
+        const EnvironmentVariable isa{"PERIMPM_ISA", best[first].empty() ? baseline_name() : best[first]};
         CHECK(instruction_set_folders() ==
               std::vector<std::string>(best.begin() + static_cast<long>(first), best.end()));
     }

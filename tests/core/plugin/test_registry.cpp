@@ -93,9 +93,10 @@ TEST_CASE("registry: a model of either precision is created through its plugin",
 TEST_CASE("registry: a criterion that does not decide cuts every candidate", "[plugin]") {
     const EnvironmentVariable path{"PERIMPM_PLUGIN_PATH", kFixtures};
     const Plugin& plugin = open_plugin(Family::fracture, "sample_criterion");
-    const ParamValue bond{.number = 7.0, .text = nullptr, .given = true};
+    const ParamValue values[] = {{.number = 7.0, .text = nullptr, .given = true},
+                                 {.number = 1.0, .text = nullptr, .given = true}};
     const auto criterion =
-        create<FractureCriterion, float>("sample_criterion", {plugin.descriptor->params, &bond, 1, {}});
+        create<FractureCriterion, float>("sample_criterion", {plugin.descriptor->params, values, 2, {}});
     Block<float> block;
     block.size = 2;
     block.first = 10;
@@ -246,11 +247,10 @@ TEST_CASE("registry: PERIMPM_ISA chooses among the variants of a plugin", "[plug
         return std::string{"(not listed)"};
     };
     {
-        const EnvironmentVariable isa{"PERIMPM_ISA", "x86-64"};
+        const EnvironmentVariable isa{"PERIMPM_ISA", "x86-64-v2"};
         CHECK(tuned() == folder.path / "constitutive/tuned.so");
     }
-    const bool has_v3 =
-        __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+    const bool has_v3 = __builtin_cpu_supports("x86-64-v3");
     CHECK(tuned() == folder.path / (has_v3 ? "constitutive/x86-64-v3/tuned.so" : "constitutive/tuned.so"));
     const EnvironmentVariable isa{"PERIMPM_ISA", "x86-64-v3"};
     if (has_v3) {

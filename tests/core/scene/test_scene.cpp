@@ -90,7 +90,7 @@ TEST_CASE("scene: what is given is read", "[scene]") {
         "body.0.seed=7",
         "body.0.initial_velocity=[1, 0, 0]",
         "body.0.initial_angular_velocity=[0, 0, 3]",
-        "collider=[{ shape = { type = \"plane\", point = [0, 0, 0], normal = [0, 2, 0] }, contact = \"slip\", "
+        "collider=[{ shape = { type = \"box\", min = [0, 0, 0], max = [1, 1, 1] }, contact = \"slip\", "
         "friction = 0.4, velocity = [0, 1, 0], angular_velocity = [1, 0, 0], pivot = [0, 0, 1] }]",
         "output={ fields = [\"x\", \"F\"], formats = [] }",
     });
@@ -118,6 +118,25 @@ TEST_CASE("scene: what is given is read", "[scene]") {
     CHECK(scene.colliders[0].friction == 0.4);
     CHECK(scene.colliders[0].pivot == Vec3(0.0, 0.0, 1.0));
     CHECK(scene.output.formats.empty());
+}
+
+TEST_CASE("scene: a plane does not turn, shapes that end do", "[scene]") {
+    const auto collider = [](const std::string& shape, const std::string& omega) {
+        return "collider=[{ shape = " + shape + ", angular_velocity = " + omega + " }]";
+    };
+    const std::string plane = R"({ type = "plane", point = [0, 0, 0], normal = [0, 1, 0] })";
+    const std::string message = refusal({collider(plane, "[0, 0, 1e-3]")});
+    CHECK(contains(message, "'angular_velocity' in collider 0 is for shapes that end"));
+    CHECK(contains(message, "use a box"));
+    CHECK(read({collider(plane, "[0, 0, 0]")}).colliders.size() == 1);
+    const Scene scene = read({collider(R"({ type = "sphere", center = [0, 0, 0], radius = 1 })", "[0, 0, 1e-3]")});
+    CHECK(scene.colliders[0].angular_velocity == Vec3(0.0, 0.0, 1e-3));
+}
+
+TEST_CASE("scene: more frames than frame numbers are refused", "[scene]") {
+    CHECK(contains(refusal({"simulation.end_time=1", "simulation.frame_rate=1e12"}),
+                   "'frame_rate' in simulation and 'end_time' make 1e+12 frames; at most 1e+09 are supported"));
+    CHECK(read({"simulation.end_time=1", "simulation.frame_rate=1e9"}).simulation.frame_rate == 1e9);
 }
 
 TEST_CASE("scene: one word names all six faces", "[scene]") {

@@ -81,4 +81,26 @@ TEST_CASE("build: a plugin whose declaration makes no sense is called faulty", "
                    "plugin 'sample_kernel' is faulty: without a grid it must be a ParticleIntegrator"));
     CHECK(contains(refusal({R"(transfer={ type = "sample_kernel" })"}),
                    "plugin 'sample_kernel' is faulty: a grid transfer"));
+    CHECK(
+        contains(refusal({kBonds, R"(material.rubber.fracture={ type = "sample_criterion", bond = 0, interval = 0 })"}),
+                 "plugin 'sample_criterion' is faulty: a criterion is asked every 1 or more steps"));
+}
+
+TEST_CASE("build: a body beyond the reach of the grid is refused by name", "[step]") {
+    // 32768 cells of 0.1 m in single precision, 4 (2^17 - 2) in double
+    const auto box_at = [](double x) {
+        return "body.0.shape={ type = \"box\", min = [0, 0, " + std::to_string(x) + "], max = [0.2, 0.2, " +
+               std::to_string(x + 0.2) + "] }";
+    };
+    const auto single_refusal = [&](double x) {
+        return message_of([&] { box_world<float>({"simulation.precision=\"float\"", box_at(x)}); });
+    };
+    const std::string single = single_refusal(3277.0);
+    CHECK(contains(single, "body 'body 0' reaches 3277.0"));
+    CHECK(contains(single, "within 3276.8 m of the origin"));
+    CHECK(contains(single, "or use precision = \"double\""));
+    CHECK(contains(single_refusal(-3277.0), "body 'body 0' reaches"));
+    CHECK(box_world({box_at(3277.0)})->count == 64);
+    CHECK(contains(refusal({box_at(52428.0)}), "within 52428 m of the origin"));
+    CHECK(box_world<float>({"simulation.precision=\"float\"", kBonds, kNoGrid, box_at(3277.0)})->count == 64);
 }
