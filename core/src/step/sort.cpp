@@ -12,11 +12,6 @@ namespace perimpm {
 
 namespace {
 
-/// Farthest cell from the origin: in single precision positions there are still known to a few thousandths of a cell, as
-/// the margin of the tiles requires; in double the Morton keys set the limit.
-template <class Real>
-constexpr double kFarthestCell = std::is_same_v<Real, float> ? 32768.0 : 4.0 * (kMortonBias - 2);
-
 /// Blocks are cut midway between the places where the spline's stencil jumps, so that particles may move half a cell
 /// before their stencils leave the tile.
 template <class Real>
@@ -26,12 +21,12 @@ SortEntry entry_of(const World<Real>& w, std::size_t at, std::uint32_t index) {
     std::uint32_t cell = 0;
     for (int c = 0; c < 3; ++c) {
         const double u = static_cast<double>(w.x[c][at]) / w.spacing();
-        if (!(std::abs(u) < kFarthestCell<Real>))
+        if (!(std::abs(u) < farthest_cell<Real>()))
             throw SimulationError(fmt::format(
                 "particle {} is at {:g} m along axis {}: farther from the origin than a grid of this spacing "
                 "reaches in {} precision ({:g} m), or not a number",
                 w.id[at], u * w.spacing(), "xyz"[c], std::is_same_v<Real, float> ? "single" : "double",
-                kFarthestCell<Real> * w.spacing()));
+                farthest_cell<Real>() * w.spacing()));
         block[c] = static_cast<std::int32_t>(std::floor((order == 2 ? u : u + 0.5) / kBlockNodes));
         const auto base = static_cast<std::int32_t>(std::floor(order == 2 ? u - 0.5 : u)) - (order == 3 ? 1 : 0);
         cell = cell << 3 | static_cast<std::uint32_t>(base - (kBlockNodes * block[c] - kTileOffset));
