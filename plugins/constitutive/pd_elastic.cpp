@@ -90,8 +90,8 @@ public:
         if (p["poisson_ratio"] != kPoissonRatio)
             throw InvalidParameter(
                 "poisson_ratio",
-                "must be 1/4, which this law has whatever mu and lambda; another ratio needs fixed_corotated, or a "
-                "linear peridynamic solid (pd_lps)");
+                "must be 1/4, which this law has whatever mu and lambda; another ratio needs a local law, such as "
+                "fixed_corotated");
         const bool paper = p.is("calibration", "paper");
         for (const char* key : {"mu", "lambda"})
             if (p.given(key) != paper)

@@ -217,7 +217,7 @@ TEST_CASE("pd_elastic: a particle that lost all bonds is free", "[constitutive]"
 
 TEST_CASE("pd_elastic: parameters that contradict are refused by name", "[constitutive]") {
     CHECK(contains(refused_key("youngs_modulus = 1e6\npoisson_ratio = 0.3"), "poisson_ratio: "));
-    CHECK(contains(refused_key("youngs_modulus = 1e6\npoisson_ratio = 0.3"), "pd_lps"));
+    CHECK(contains(refused_key("youngs_modulus = 1e6\npoisson_ratio = 0.3"), "fixed_corotated"));
     CHECK(contains(refused_key(""), "youngs_modulus: "));
     CHECK(contains(refused_key("youngs_modulus = 1e6\nmu = 1.0"), "mu: "));
     CHECK(contains(refused_key("calibration = \"paper\"\nmu = 1.0"), "lambda: "));

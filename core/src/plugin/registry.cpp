@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -32,8 +33,10 @@ std::string find_or_explain(Family family, const std::string& name) {
     if (const auto file = find_plugin(family, name)) return best_variant(*file);
     std::vector<std::string> names;
     for (const PluginFile& plugin : installed(family)) names.push_back(plugin.name);
-    throw InputError{
-        fmt::format("no {} plugin '{}' is installed\n  {}", family_name(family), name, suggestion(name, names))};
+    const char* path = std::getenv("PERIMPM_PLUGIN_PATH");
+    throw InputError{fmt::format(
+        "no {} plugin '{}' is installed\n  {}\n  plugins of your own: in PERIMPM_PLUGIN_PATH, {}", family_name(family),
+        name, suggestion(name, names), path ? fmt::format("now '{}'", path) : "which is not set")};
 }
 
 Plugin load(Family family, const std::string& name) {
