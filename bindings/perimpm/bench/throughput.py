@@ -177,8 +177,9 @@ def _print(report: Result, results: Sequence[Result]) -> None:
         for r in results
     ]
     columns = ("engine", "version", "ns per particle-step", "ns per bond", "spread", "quiet blocks", "time / perimpm")
+    threads = f"{report['threads']} thread" + "s" * (report["threads"] > 1)
     title = (
-        f"{report['workload']}, side {report['side']}, {report['precision']}, {report['threads']} threads: "
+        f"{report['workload']}, side {report['side']}, {report['precision']}, {threads}: "
         f"{report['particles']} particles, {report['bonds']} bonds, {report['bytes_per_particle']:.0f} bytes a particle"
     )
     out = console()

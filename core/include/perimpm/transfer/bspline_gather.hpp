@@ -107,7 +107,7 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
                 speed2 += v[c] * v[c];
             }
             where(!first_lanes<Real>(count), speed2) = P(0);
-            fastest = select(speed2 > fastest, speed2, fastest);
+            fastest = larger(fastest, speed2);
             total += speed2;
             P G[3][3], M[3][3];  // [component][direction]
             for (int j = 0; j < 3; ++j) {

@@ -32,7 +32,6 @@ struct Column {
     static_assert(kParts * kLanes == 16);
     P part[kParts];
 
-    static Column zero() { return {}; }
     static Column load(const Real* from) {
         Column c;
         for (int k = 0; k < kParts; ++k) c.part[k].copy_from(from + k * kLanes, std::experimental::element_aligned);
