@@ -2,12 +2,12 @@
     that the paper compares with (Lyu et al. 2019, eq. 3).
       (1) F = U S V^T, proper rotations, the smallest singular value carries the sign of det F; R = U V^T
       (2) W = mu |F - R|^2 + lambda/2 (J - 1)^2                      energy density [Pa]
-      (3) tau = P F^T = 2 mu (F F^T - R F^T) + lambda J (J - 1) I    Kirchhoff stress [Pa]
-    Ordinary F take R from a Newton-Schulz iteration. Inverted and nearly singular ones take the singular values: the
-    one-sided Jacobi SVD turns F into B = F V = U S with orthogonal columns b_k, and R F^T = U S U^T = sum_k b_k b_k^T / s_k,
-    where vanishing singular values contribute nothing. */
+      (3) tau = P F^T = 2 mu (b - U S U^T) + lambda J (J - 1) I      Kirchhoff stress [Pa], b = F F^T
+    Stress needs no rotation: U S U^T = R F^T is the left stretch of F, from the invariants of b for ordinary F. Where
+    stretches nearly cancel or vanish it comes from the singular values: the one-sided Jacobi SVD turns F into B = F V = U S
+    with orthogonal columns b_k, and U S U^T = sum_k b_k b_k^T / s_k, where vanishing singular values contribute nothing. */
 #include "perimpm/math/elasticity.hpp"
-#include "perimpm/math/polar3.hpp"
+#include "perimpm/math/stretch3.hpp"
 #include "perimpm/math/svd3.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -41,12 +41,12 @@ public:
     void evaluate(Block<Real>& b, Real) const override {
         for_each_pack(b, [&](std::size_t i, std::size_t count, const Mat3<P>& F, const Lame<P>& lame) {
             const P J = determinant(F);
-            P t[6];
-            Mat3<P> R;
-            polar_rotation(F, J, R) ? deviation(F, R, t) : deviation(Svd(F), t);
+            P FFt[6], V[6];
+            left_cauchy_green(F, FFt);
+            if (!left_stretch(FFt, J, V)) Svd(F).left_stretch(V);
             const P pressure = lame.lambda * J * (J - 1);
             for (int c = 0; c < 6; ++c)
-                store(b.tau[c] + i, P(2 * lame.mu * t[c] + (c == 0 || c == 3 || c == 5 ? pressure : P(0))),
+                store(b.tau[c] + i, P(2 * lame.mu * (FFt[c] - V[c]) + (c == 0 || c == 3 || c == 5 ? pressure : P(0))),
                       count);  // (3)
         });
     }
@@ -100,27 +100,17 @@ private:
                 inverse[k] = select(vanishing, P(0), P(1) / select(vanishing, P(1), sigma[k]));
             }
         }
-    };
 
-    /// (F - R) F^T, components xx xy xz yy yz zz.
-    static void deviation(const Mat3<P>& F, const Mat3<P>& R, P t[6]) {
-        int component = 0;
-        for (int r = 0; r < 3; ++r)
-            for (int c = r; c < 3; ++c) {
-                t[component] = P(0);
-                for (int k = 0; k < 3; ++k) t[component] += (F(r, k) - R(r, k)) * F(c, k);
-                ++component;
-            }
-    }
-    static void deviation(const Svd& svd, P t[6]) {
-        int component = 0;
-        for (int r = 0; r < 3; ++r)
-            for (int c = r; c < 3; ++c) {
-                t[component] = P(0);
-                for (int k = 0; k < 3; ++k) t[component] += svd.B(r, k) * svd.B(c, k) * (P(1) - svd.inverse[k]);
-                ++component;
-            }
-    }
+        /// U S U^T, components xx xy xz yy yz zz.
+        void left_stretch(P V[6]) const {
+            int component = 0;
+            for (int r = 0; r < 3; ++r)
+                for (int c = r; c < 3; ++c, ++component) {
+                    V[component] = P(0);
+                    for (int k = 0; k < 3; ++k) V[component] += B(r, k) * B(c, k) * inverse[k];
+                }
+        }
+    };
 
     template <class Body>
     void for_each_pack(const Block<Real>& b, Body body) const {

@@ -40,7 +40,7 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
 }
 
 /// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of
-/// three blocks. copy(tile offset, block, node offset, count), all in numbers.
+/// three blocks. copy(tile offset, grid offset, count), all in numbers, the count a constant.
 template <class Real>
 template <class Copy>
 void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const {
@@ -52,26 +52,29 @@ void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const 
             const std::size_t row =
                 4 * (((i + shift) % kBlockNodes) * kBlockNodes + (j + shift) % kBlockNodes) * kBlockNodes;
             const std::size_t tile = 4 * (i * kTileNodes + j) * kTileNodes;
-            copy(tile, links[0] * kBlockValues + row + 4 * shift, 4 * kTileOffset);
-            copy(tile + 4 * kTileOffset, links[1] * kBlockValues + row, 4 * kBlockNodes);
-            copy(tile + 4 * (kTileOffset + kBlockNodes), links[2] * kBlockValues + row, 4 * kTileOffset);
+            constexpr std::integral_constant<int, 4 * kTileOffset> side;
+            constexpr std::integral_constant<int, 4 * kBlockNodes> middle;
+            copy(tile, links[0] * kBlockValues + row + 4 * shift, side);
+            copy(tile + side, links[1] * kBlockValues + row, middle);
+            copy(tile + side + middle, links[2] * kBlockValues + row, side);
         }
 }
 
 template <class Real>
 void BlockGrid<Real>::add_tile(const ParticleBlock& block, const Real* tile, bool second) {
     Real* values = second ? increments_.data() : values_.data();
-    for_each_run(block, [&](std::size_t from, std::size_t to, int count) {
-        for (int n = 0; n < count; ++n) values[to + n] += tile[from + n];
+    for_each_run(block, [&](std::size_t from, std::size_t to, auto count) {
+        Real sum[count];
+        for (int n = 0; n < count; ++n) sum[n] = values[to + n] + tile[from + n];
+        std::copy_n(sum, count(), values + to);
     });
 }
 
 template <class Real>
 void BlockGrid<Real>::load_tile(const ParticleBlock& block, Real* tile, bool second) const {
     const Real* values = second ? increments_.data() : values_.data();
-    for_each_run(block, [&](std::size_t to, std::size_t from, int count) {
-        for (int n = 0; n < count; ++n) tile[to + n] = values[from + n];
-    });
+    for_each_run(block,
+                 [&](std::size_t to, std::size_t from, auto count) { std::copy_n(values + from, count(), tile + to); });
 }
 
 template class BlockGrid<float>;

@@ -91,7 +91,8 @@ private:
     void add_grid_passes() {
         const bool local = !local_laws_.empty(), bonds = !bond_laws_.empty(), affine = w_.transfer_needs.affine;
         pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
-        pass("sort", "when particles moved half a cell", {"x"}, {"order"});
+        pass("sort", fmt::format("when particles moved {:g} cells", sort_margin(w_.transfer_needs.order)), {"x"},
+             {"order"});
         add_bond_pass();
         Names reads{"x", "v", "mass"}, models = local_laws_;
         if (affine) reads.push_back("C");
@@ -133,9 +134,7 @@ private:
             for (auto& [spec, values] : m.varying) own(spec->key, values.bytes());
         }
         array("grid", w_.grid.bytes());
-        std::size_t sorting = 4 * w_.sort_id_buffer.capacity() + sizeof(Real) * w_.sort_buffer.capacity();
-        for (const Material<Real>& m : w_.materials) sorting += sizeof(SortEntry) * m.sort_order.capacity();
-        array("sort", sorting);
+        array("sort", w_.sort.bytes());
     }
     void add_materials() {
         for (Material<Real>& m : w_.materials) {

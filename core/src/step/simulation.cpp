@@ -64,11 +64,9 @@ public:
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
-    /// Cells that particles may move before their stencils can leave their tiles: half a cell, less rounding.
-    static constexpr double kMargin = 0.49;
-
     void grid_step() {
-        if (w_.drift > kMargin * w_.spacing()) w_.timer("sort", [&] { sort_particles(w_); });
+        if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
+            w_.timer("sort", [&] { sort_particles(w_); });
         compute_bond_forces(w_);                            // 7 of the last step
         scatter(w_);                                        // 1, 2
         w_.timer("grid update", [&] { update_grid(w_); });  // 3, 4

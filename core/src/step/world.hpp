@@ -23,12 +23,22 @@ namespace perimpm {
 inline constexpr std::uint32_t kChunk = 128;  ///< particles that go through law and transfer together, in cache
 inline constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
 
-/// A particle's place in grid order.
-struct SortEntry {
-    std::uint64_t block;
-    std::uint32_t cell;   ///< position of the stencil inside the tile
-    std::uint32_t index;  ///< makes the order unique, hence the same for any number of threads
-    friend auto operator<=>(const SortEntry&, const SortEntry&) = default;
+/// What the sort works with, kept from one to the next. By particle of the world: its block's key. By particle of the
+/// material in hand: its block's number; then, in the new order, indices and keys within the block.
+template <class Real>
+struct SortBuffers {
+    std::vector<std::uint64_t> block;
+    std::vector<std::vector<std::uint64_t>> found;  ///< blocks by piece of the particles
+    std::vector<std::uint64_t> blocks;              ///< all of them, in order
+    std::vector<std::uint32_t> slot, count, index, other_index;
+    std::vector<std::uint16_t> key, other_key;
+    std::vector<Real> values;
+
+    std::size_t bytes() const {
+        return 8 * (block.capacity() + blocks.capacity()) +
+               4 * (slot.capacity() + count.capacity() + index.capacity() + other_index.capacity()) +
+               2 * (key.capacity() + other_key.capacity()) + sizeof(Real) * values.capacity();
+    }
 };
 
 /// A declared state field of a law, allocated.
@@ -62,7 +72,6 @@ struct Material {
     std::vector<BondCandidate> candidates;          ///< the same, joined
     std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
     std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
-    std::vector<SortEntry> sort_order;              ///< grid transfers: of the last sort
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
@@ -142,9 +151,7 @@ struct World {
     double farthest = 0;        ///< bound of |x| along any axis, since the sort [m]
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
-    std::vector<std::uint64_t> sort_keys;  ///< these three: reused by the sort
-    std::vector<Real> sort_buffer;
-    std::vector<std::uint32_t> sort_id_buffer;
+    SortBuffers<Real> sort;
     PassTimer timer;
 
     double spacing() const { return scene.grid.spacing; }
@@ -209,6 +216,8 @@ template <class Real>
 void build_world(World<Real>& w);
 template <class Real>
 void sort_particles(World<Real>& w);
+/// Cells that particles may move after a sort before their stencils can leave their tiles, less rounding.
+constexpr double sort_margin(std::uint32_t order) { return order == 3 ? 0.49 : 0.98; }
 template <class Real>
 void pack_positions(World<Real>& w, Material<Real>& m);
 template <class Real>

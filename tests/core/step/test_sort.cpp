@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <set>
 
@@ -51,17 +52,47 @@ TEST_CASE("sort: every particle lies in the range of its block, whatever the deg
                 CHECK(m.block_begin[b] < m.block_begin[b + 1]);
                 for (std::size_t i = m.block_begin[b]; i < m.block_begin[b + 1]; ++i) {
                     seen.insert(placed(*w, i));
-                    for (int c = 0; c < 3; ++c) {
-                        // The first node of the stencil lies in the tile, the last one, `order` further, as well.
-                        const double u = w->x[static_cast<std::size_t>(c)][placed(*w, i)] / 0.1;
-                        const int first = static_cast<int>(std::floor(u - (order - 1) / 2.0));
-                        const int in_tile = first - (4 * blocks[b].coordinate[c] - kTileOffset);
-                        CHECK((in_tile >= 0 && in_tile + order < kTileNodes));
-                    }
+                    const double margin = sort_margin(w->transfer_needs.order);
+                    for (int c = 0; c < 3; ++c)
+                        for (const double moved : {-margin, 0.0, margin}) {
+                            // The first node of the stencil lies in the tile, the last one, `order` further, as well.
+                            const double u = w->x[static_cast<std::size_t>(c)][placed(*w, i)] / 0.1 + moved;
+                            const int first = static_cast<int>(std::floor(u - (order - 1) / 2.0));
+                            const int in_tile = first - (4 * blocks[b].coordinate[c] - kTileOffset);
+                            CHECK((in_tile >= 0 && in_tile + order < kTileNodes));
+                        }
                 }
             }
             CHECK(seen.size() == m.size);
         }
+}
+
+TEST_CASE("sort: particles of a cell lie side by side, and stay so while they move along an axis", "[step]") {
+    for (const int axis : {0, 1, 2}) {
+        const auto w = box_world({"body.0.particle_spacing=0.025"});
+        for (std::size_t p = 0; p < w->count; ++p)
+            for (std::size_t c = 0; c < 3; ++c) {
+                w->x[c][p] += 0.0003 + 0.001 * static_cast<double>((w->id[p] * (7 + 30 * c)) % 23);
+                w->v[c][p] = static_cast<int>(c) == axis ? -1.0 : 0.1;
+            }
+        sort_particles(*w);
+        const Material<double>& m = w->materials[0];
+        for (const double moved : {0.0, -0.05, -0.0875}) {  // whole levels of the order along a line
+            CAPTURE(axis, moved);
+            for (std::size_t b = 0; b + 1 < m.block_begin.size(); ++b) {
+                std::set<std::array<int, 3>> cells;
+                std::array<int, 3> last{1 << 20};
+                for (std::size_t i = m.block_begin[b]; i < m.block_begin[b + 1]; ++i) {
+                    std::array<int, 3> cell;
+                    for (std::size_t c = 0; c < 3; ++c)
+                        cell[c] = static_cast<int>(
+                            std::floor((w->x[c][i] + (static_cast<int>(c) == axis ? moved : 0)) / 0.1 - 0.5));
+                    if (cell != last) REQUIRE(cells.insert(cell).second);
+                    last = cell;
+                }
+            }
+        }
+    }
 }
 
 TEST_CASE("sort: local laws' particles move with everything they own, bond laws' stay", "[step]") {

@@ -4,60 +4,95 @@
 
 /*! Grid to particles: the velocity, its gradient and its first moments
       (1) v = sum_I w_I v_I,   G_j = sum_I v_I dw_I/dx_j,   M_j = sum_I w_I v_I d_Ij
-    contracted along y, x and z in turn; M is taken about the stencil's first node and moved to the particle afterwards,
-    M_j = sum_I w_I v_I (node index)_j - offset_j v. Lanes are (z-node) x (velocity); the columns of a cell are loaded once
-    for all its particles. */
+    contracted along z, y and x in turn; M is taken about the stencil's first node and moved to the particle afterwards,
+    M_j = sum_I w_I v_I (node index)_j - offset_j v. Lanes are particles of one cell: they read the same nodes. */
 namespace perimpm::bspline {
 
-/// What a batch of particles reads from one tile, the moments about the stencil's first node.
-template <class Real, bool Gradient, bool Moment>
-struct Samples {
-    Quads<Real> v;
-    Quads<Real> gradient[Gradient ? 3 : 1], moment[Moment ? 3 : 1];
+template <class Real, int Order, bool Slopes>
+struct LaneWeights {
+    Lanes<Real> value[3][Order + 1];
+    Lanes<Real> slope[Slopes ? 3 : 1][Order + 1];  ///< d weight / d x in 1/dx
+
+    void store(std::size_t p, const BSpline<Pack<Real>, Order> splines[3]) {
+        for (int axis = 0; axis < 3; ++axis)
+            for (int k = 0; k <= Order; ++k) {
+                value[axis][k].store_pack(p, splines[axis].w[k]);
+                if constexpr (Slopes) slope[axis][k].store_pack(p, splines[axis].dw[k]);
+            }
+    }
 };
 
-template <bool Gradient, bool Moment, class Real, int Order, bool Slopes>
-void sample_tile(const Real* tile, const Stencils<Real, Order, Slopes>& s, Samples<Real, Gradient, Moment>& out,
-                 std::size_t size) {
-    using C = Column<Real>;
-    constexpr int n = Order + 1;
-    const C k = C::index();
-    for_each_cell(s.node, size, [&](std::size_t p, std::size_t end, std::int32_t node) {
-        C column[n][n];
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) column[i][j] = C::load(tile + node + i * kSlabStride + j * kRowStride);
-        for (; p < end; ++p) {
-            const std::size_t at = Quads<Real>::place(p);
-            const Real *wx = s.weight[0].at(at), *wy = s.weight[1].at(at);
-            const Real *dx = Gradient ? s.slope[0].at(at) : wx, *dy = Gradient ? s.slope[1].at(at) : wy;
-            C value = {}, gx = {}, gy = {}, mx = {}, my = {};
-            for (int i = 0; i < n; ++i) {
-                C c = {}, cg = {}, cm = {};
-                for (int j = 0; j < n; ++j) {
-                    c += wy[j] * column[i][j];
-                    if constexpr (Gradient) cg += dy[j] * column[i][j];
-                    if constexpr (Moment)
-                        if (j > 0) cm += (static_cast<Real>(j) * wy[j]) * column[i][j];
+/// What a batch of particles reads from one tile: [axis][component], moments about the stencil's first node.
+template <class Real, bool Gradient, bool Moment>
+struct Samples {
+    Lanes<Real> v[3], gradient[Gradient ? 3 : 1][3], moment[Moment ? 3 : 1][3];
+};
+
+/// Weights of a group of particles along one axis: w, dw/dx and w times the node's index.
+template <class Real, int Order, bool Gradient, bool Moment>
+struct AxisWeights {
+    Group<Real> value[Order + 1], slope[Gradient ? Order + 1 : 1], moment[Moment ? Order + 1 : 1];
+
+    template <bool Slopes>
+    AxisWeights(const LaneWeights<Real, Order, Slopes>& weight, int axis, std::size_t p) {
+        for (int k = 0; k <= Order; ++k) {
+            value[k] = weight.value[axis][k].group(p);
+            if constexpr (Gradient) slope[k] = weight.slope[axis][k].group(p);
+            if constexpr (Moment) moment[k] = static_cast<Real>(k) * value[k];
+        }
+    }
+};
+
+template <class Real, int Order, bool Slopes, bool Gradient, bool Moment>
+void sample_tile(const Real* tile, const Stencils<Real, Order>& s, const LaneWeights<Real, Order, Slopes>& weight,
+                 Samples<Real, Gradient, Moment>& out, std::size_t size) {
+    using G = Group<Real>;
+    struct Sums {
+        G v = 0, gradient[Gradient ? 3 : 1] = {}, moment[Moment ? 3 : 1] = {};
+    };
+    for_each_cell(s.node, size, [&](std::size_t begin, std::size_t end, std::int32_t node) {
+        for (std::size_t p = begin; p < end; p += kGroup<Real>) {
+            const AxisWeights<Real, Order, Gradient, Moment> wx(weight, 0, p), wy(weight, 1, p), wz(weight, 2, p);
+            for (int c = 0; c < 3; ++c) {
+                Sums total;
+#pragma GCC unroll 4
+                for (int i = 0; i <= Order; ++i) {
+                    Sums slab;
+#pragma GCC unroll 4
+                    for (int j = 0; j <= Order; ++j) {
+                        const Real* at = tile + node + i * kSlabStride + j * kRowStride + c;
+                        Sums column;
+#pragma GCC unroll 4
+                        for (int k = 0; k <= Order; ++k) {
+                            column.v += wz.value[k] * at[4 * k];
+                            if constexpr (Gradient) column.gradient[2] += wz.slope[k] * at[4 * k];
+                            if constexpr (Moment)
+                                if (k > 0) column.moment[2] += wz.moment[k] * at[4 * k];
+                        }
+                        slab.v += wy.value[j] * column.v;
+                        if constexpr (Gradient) {
+                            slab.gradient[1] += wy.slope[j] * column.v;
+                            slab.gradient[2] += wy.value[j] * column.gradient[2];
+                        }
+                        if constexpr (Moment) {
+                            if (j > 0) slab.moment[1] += wy.moment[j] * column.v;
+                            slab.moment[2] += wy.value[j] * column.moment[2];
+                        }
+                    }
+                    total.v += wx.value[i] * slab.v;
+                    if constexpr (Gradient) {
+                        total.gradient[0] += wx.slope[i] * slab.v;
+                        for (int axis = 1; axis < 3; ++axis) total.gradient[axis] += wx.value[i] * slab.gradient[axis];
+                    }
+                    if constexpr (Moment) {
+                        if (i > 0) total.moment[0] += wx.moment[i] * slab.v;
+                        for (int axis = 1; axis < 3; ++axis) total.moment[axis] += wx.value[i] * slab.moment[axis];
+                    }
                 }
-                value += wx[i] * c;
-                if constexpr (Gradient) gx += dx[i] * c, gy += wx[i] * cg;
-                if constexpr (Moment) {
-                    if (i > 0) mx += (static_cast<Real>(i) * wx[i]) * c;
-                    my += wx[i] * cm;
-                }
+                out.v[c].store(p, total.v);
+                for (int axis = 0; Gradient && axis < 3; ++axis) out.gradient[axis][c].store(p, total.gradient[axis]);
+                for (int axis = 0; Moment && axis < 3; ++axis) out.moment[axis][c].store(p, total.moment[axis]);
             }
-            const C wz = C::spread(s.weight[2].at(at)), v = wz * value;
-            if constexpr (Moment) {
-                const C sums[4] = {v, wz * mx, wz * my, k * v};
-                store_node_sums<Real>(sums,
-                                      {out.v.at(at), out.moment[0].at(at), out.moment[1].at(at), out.moment[2].at(at)});
-            }
-            if constexpr (Gradient) {
-                const C sums[4] = {v, wz * gx, wz * gy, C::spread(s.slope[2].at(at)) * value};
-                store_node_sums<Real>(
-                    sums, {out.v.at(at), out.gradient[0].at(at), out.gradient[1].at(at), out.gradient[2].at(at)});
-            }
-            if constexpr (!Gradient && !Moment) store_node_sum<Real>(v, out.v.at(at));
         }
     });
 }
@@ -79,51 +114,45 @@ PERIMPM_INLINE void update_deformation(const Field<Real>& F, std::size_t at, std
 template <class Scheme, class Real, int Order, bool mls, bool Local>
 void gather(TransferBlock<Real>& b, const Scheme& scheme) {
     using P = Pack<Real>;
-    constexpr bool moment = Order > 1 && (Scheme::affine || (Local && mls));
     constexpr bool gradient = (Local && !mls) || (Scheme::affine && Order == 1);
+    constexpr bool moment = Order > 1 && (Scheme::affine || (Local && mls));
     const Real inverse_spacing = 1 / b.spacing;
     const Real moment_scale = inverse_spacing * Real(1 / kSecondMoment<Order>);
     P fastest(0), total(0);
     for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
-        Stencils<Real, Order, gradient> s;
+        Stencils<Real, Order> s;
+        LaneWeights<Real, Order, gradient> weight;
         Samples<Real, gradient, moment> now;
         Samples<Real, false, false> before;
         for (std::size_t p = 0; p < size; p += kLanes<Real>) {
             P x[3];
             for (int c = 0; c < 3; ++c)
                 x[c] = load(b.x[c] + first + p, std::min(kLanes<Real>, size - p)) * inverse_spacing;
-            s.set(p, x, b.origin);
+            s.set(p, x, b.origin, [&](const auto* splines) { weight.store(p, splines); });
         }
-        sample_tile<gradient, moment>(b.tile, s, now, size);
-        if constexpr (Scheme::increment) sample_tile<false, false>(b.increment, s, before, size);
+        sample_tile(b.tile, s, weight, now, size);
+        if constexpr (Scheme::increment) sample_tile(b.increment, s, weight, before, size);
         for (std::size_t p = 0; p < size; p += kLanes<Real>) {
             const std::size_t at = first + p, count = std::min(kLanes<Real>, size - p);
-            P v[4], old[4] = {}, speed2(0);
-            now.v.load(p, v);
-            if constexpr (Scheme::increment) before.v.load(p, old);
+            P v[3], speed2(0);
             for (int c = 0; c < 3; ++c) {
+                v[c] = now.v[c].pack(p);
+                const P old = Scheme::increment ? before.v[c].pack(p) : P(0);
                 store(b.x[c] + at, P(load(b.x[c] + at, count) + b.dt * v[c]), count);
-                store(b.v[c] + at, scheme.velocity(load(b.v[c] + at, count), v[c], old[c]), count);
+                store(b.v[c] + at, scheme.velocity(load(b.v[c] + at, count), v[c], old), count);
                 speed2 += v[c] * v[c];
             }
             where(!first_lanes<Real>(count), speed2) = P(0);
             fastest = larger(fastest, speed2);
             total += speed2;
             P G[3][3], M[3][3];  // [component][direction]
-            for (int j = 0; j < 3; ++j) {
-                P quad[4], offset;
-                if constexpr (gradient) {
-                    now.gradient[j].load(p, quad);
-                    for (int c = 0; c < 3; ++c) G[c][j] = inverse_spacing * quad[c];
+            for (int j = 0; j < 3; ++j)
+                for (int c = 0; c < 3; ++c) {
+                    if constexpr (gradient) G[c][j] = inverse_spacing * now.gradient[j][c].pack(p);
+                    if constexpr (moment)
+                        M[c][j] = moment_scale * (now.moment[j][c].pack(p) - s.offset[j].pack(p) * v[c]);
+                    if constexpr (Scheme::affine) store(b.C[3 * c + j] + at, Order > 1 ? M[c][j] : G[c][j], count);
                 }
-                if constexpr (moment) {
-                    now.moment[j].load(p, quad);
-                    offset.copy_from(s.offset[j] + p, std::experimental::element_aligned);
-                    for (int c = 0; c < 3; ++c) M[c][j] = moment_scale * (quad[c] - offset * v[c]);
-                }
-                for (int c = 0; Scheme::affine && c < 3; ++c)
-                    store(b.C[3 * c + j] + at, Order > 1 ? M[c][j] : G[c][j], count);
-            }
             if constexpr (Local) {
                 for (int c = 0; c < 9; ++c) G[c / 3][c % 3] = b.dt * (mls ? M[c / 3][c % 3] : G[c / 3][c % 3]);
                 update_deformation(b.F, at, count, G);

@@ -5,9 +5,30 @@
 /*! Particles to grid. A particle adds to node I of its stencil
       (1) w_I (q + A d_I) + S grad w_I,    d_I from particle to node in dx, q = (momentum, mass), A and S in columns
     w_I = wx_i wy_j wz_k. With q moved to the stencil's first node, q' = q - A offset, column (i, j) gets
-      (2) wy_j R_i + wx_i Y_j,   R_i = wx_i wz (q' + i A_x + k A_z) + (wx_i dwz S_z + dwx_i wz S_x),   Y_j = j wy_j wz A_y + dwy_j wz S_y
+      (2) (wx_i wy_j) (b + i wz A_x + j wz A_y) + (dwx_i wy_j) wz S_x + (wx_i dwy_j) wz S_y,   b = wz (q' + k A_z) + dwz S_z
     Lanes are (z-node k) x (momentum, mass). All columns of a cell stay in registers while its particles pass. */
 namespace perimpm::bspline {
+
+/// Weights by particle in quads: those along z, and products of those along x and y, row i in quad i.
+template <class Real, int Order, bool Slopes>
+struct QuadWeights {
+    Quads<Real> z, xy[Order + 1];
+    Quads<Real> dz, dx_y[Slopes ? Order + 1 : 1], x_dy[Slopes ? Order + 1 : 1];  ///< d: d weight / d x in 1/dx
+
+    void store(std::size_t p, const BSpline<Pack<Real>, Order> splines[3]) {
+        const auto &x = splines[0], &y = splines[1];
+        const auto store_row = [&](Quads<Real>& row, const Pack<Real>& a, const Pack<Real> b[4]) {
+            const Pack<Real> products[4] = {a * b[0], a * b[1], a * b[2], a * b[3]};
+            row.store(p, products);
+        };
+        z.store(p, splines[2].w);
+        if constexpr (Slopes) dz.store(p, splines[2].dw);
+        for (int i = 0; i <= Order; ++i) {
+            store_row(xy[i], x.w[i], y.w);
+            if constexpr (Slopes) store_row(dx_y[i], x.dw[i], y.w), store_row(x_dy[i], x.w[i], y.dw);
+        }
+    }
+};
 
 /// What a batch of particles adds to one tile.
 template <class Real, bool Linear, bool Stress>
@@ -17,8 +38,8 @@ struct Deposit {
 };
 
 template <bool Linear, bool Stress, class Real, int Order, bool Slopes>
-void add_to_tile(Real* tile, const Stencils<Real, Order, Slopes>& s, const Deposit<Real, Linear, Stress>& d,
-                 std::size_t size) {
+void add_to_tile(Real* tile, const Stencils<Real, Order>& s, const QuadWeights<Real, Order, Slopes>& weight,
+                 const Deposit<Real, Linear, Stress>& d, std::size_t size) {
     using C = Column<Real>;
     constexpr int n = Order + 1;
     const C k = C::index();
@@ -26,32 +47,25 @@ void add_to_tile(Real* tile, const Stencils<Real, Order, Slopes>& s, const Depos
         C sum[n][n] = {};
         for (; p < end; ++p) {
             const std::size_t at = Quads<Real>::place(p);
-            const Real *wx = s.weight[0].at(at), *wy = s.weight[1].at(at);
-            const Real *dx = Stress ? s.slope[0].at(at) : wx, *dy = Stress ? s.slope[1].at(at) : wy;
-            const C wz = C::spread(s.weight[2].at(at));
-            C base = wz * C::repeat(d.q.at(at)), Ax, Ay, Sx, Sy;
+            const C wz = C::spread(weight.z.at(at));
+            C b = wz * C::repeat(d.q.at(at)), Ax, Ay, Sx, Sy;
             if constexpr (Linear) {
-                base += k * wz * C::repeat(d.A[2].at(at));
+                b += k * wz * C::repeat(d.A[2].at(at));
                 Ax = wz * C::repeat(d.A[0].at(at)), Ay = wz * C::repeat(d.A[1].at(at));
             }
             if constexpr (Stress) {
-                base += C::spread(s.slope[2].at(at)) * C::repeat(d.S[2].at(at));
+                b += C::spread(weight.dz.at(at)) * C::repeat(d.S[2].at(at));
                 Sx = wz * C::repeat(d.S[0].at(at)), Sy = wz * C::repeat(d.S[1].at(at));
             }
-            C Y[n] = {};
-            for (int j = 0; j < n; ++j) {
-                if constexpr (Linear)
-                    if (j > 0) Y[j] = (static_cast<Real>(j) * wy[j]) * Ay;
-                if constexpr (Stress) Y[j] += dy[j] * Sy;
-            }
             for (int i = 0; i < n; ++i) {
-                C R = wx[i] * base;
-                if constexpr (Stress) R += dx[i] * Sx;
+                C value = b;
                 for (int j = 0; j < n; ++j) {
-                    sum[i][j] += wy[j] * R;
-                    if (Stress || (Linear && j > 0)) sum[i][j] += wx[i] * Y[j];
+                    sum[i][j] += weight.xy[i].at(at)[j] * value;
+                    if constexpr (Stress)
+                        sum[i][j] += weight.dx_y[i].at(at)[j] * Sx, sum[i][j] += weight.x_dy[i].at(at)[j] * Sy;
+                    if constexpr (Linear) value += Ay;
                 }
-                if constexpr (Linear) base += Ax;
+                if constexpr (Linear) b += Ax;
             }
         }
         for (int i = 0; i < n; ++i)
@@ -71,15 +85,16 @@ void scatter(TransferBlock<Real>& b) {
     constexpr bool linear = Scheme::affine || (together && Local && mls), stress = together && slopes;
     const Real inverse_spacing = 1 / b.spacing;
     for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
-        Stencils<Real, Order, slopes> s;
+        Stencils<Real, Order> s;
+        QuadWeights<Real, Order, slopes> weight;
         Deposit<Real, linear, stress> total;
         Deposit<Real, Local && mls, slopes> impulse;
         for (std::size_t p = 0; p < size; p += kLanes<Real>) {
             const std::size_t at = first + p, count = std::min(kLanes<Real>, size - p);
             P x[3], offset[3];
             for (int c = 0; c < 3; ++c) x[c] = load(b.x[c] + at, count) * inverse_spacing;
-            s.set(p, x, b.origin);
-            for (int c = 0; c < 3; ++c) offset[c].copy_from(s.offset[c] + p, std::experimental::element_aligned);
+            s.set(p, x, b.origin, [&](const auto* splines) { weight.store(p, splines); });
+            for (int c = 0; c < 3; ++c) offset[c] = s.offset[c].pack(p);
             const P m = load(b.mass + at, count);
             P q[4] = {P(0), P(0), P(0), m}, f[4] = {P(0), P(0), P(0), P(0)}, A[3][4] = {}, G[3][4] = {};
             for (int c = 0; c < 3; ++c) {
@@ -113,8 +128,8 @@ void scatter(TransferBlock<Real>& b) {
             for (int j = 0; linear && j < 3; ++j) total.A[j].store(p, A[j]);
             for (int j = 0; stress && j < 3; ++j) total.S[j].store(p, G[j]);
         }
-        add_to_tile<linear, stress>(b.tile, s, total, size);
-        if constexpr (!together) add_to_tile<Local && mls, slopes>(b.increment, s, impulse, size);
+        add_to_tile<linear, stress>(b.tile, s, weight, total, size);
+        if constexpr (!together) add_to_tile<Local && mls, slopes>(b.increment, s, weight, impulse, size);
     });
 }
 

@@ -10,6 +10,27 @@ namespace perimpm::bspline {
 inline constexpr std::size_t kBatch = 64;  ///< particles whose weights and quads lie in the first-level cache together
 inline constexpr std::int32_t kRowStride = 4 * kTileNodes, kSlabStride = 4 * kTileNodes * kTileNodes;
 
+/// As many particles as a cell usually holds.
+template <class Real>
+inline constexpr std::size_t kGroup = std::min<std::size_t>(8, kLanes<Real>);
+template <class Real>
+using Group = std::experimental::simd<Real, std::experimental::simd_abi::deduce_t<Real, kGroup<Real>>>;
+
+/// A number for each particle of a batch, and room for the idle lanes of its last group.
+template <class Real>
+struct Lanes {
+    alignas(64) Real values[kBatch + kGroup<Real>];
+
+    Group<Real> group(std::size_t p) const { return {values + p, std::experimental::element_aligned}; }
+    void store(std::size_t p, const Group<Real>& group) {
+        group.copy_to(values + p, std::experimental::element_aligned);
+    }
+    Pack<Real> pack(std::size_t p) const { return {values + p, std::experimental::element_aligned}; }
+    void store_pack(std::size_t p, const Pack<Real>& pack) {
+        pack.copy_to(values + p, std::experimental::element_aligned);
+    }
+};
+
 /// Quads of a batch of particles.
 template <class Real>
 struct Quads {
@@ -25,26 +46,25 @@ struct Quads {
     void load(std::size_t p, Pack<Real> component[4]) const { load_quads<Real>(values + 4 * p, component); }
 };
 
-/// Weights of a batch of particles and the places of their stencils in the tile.
-template <class Real, int Order, bool Slopes>
+/// Where the stencils of a batch of particles lie.
+template <class Real, int Order>
 struct Stencils {
-    Quads<Real> weight[3];
-    Quads<Real> slope[Slopes ? 3 : 1];   ///< d weight / d x in 1/dx
-    alignas(64) Real node[kBatch];       ///< of the stencil's first node in the tile, in numbers
-    alignas(64) Real offset[3][kBatch];  ///< from that node to the particle, in dx
+    alignas(64) Real node[kBatch];  ///< of the stencil's first node in the tile, in numbers
+    Lanes<Real> offset[3];          ///< from that node to the particle, in dx
 
-    /// Fills the places of up to a pack of particles from number p of the batch; x in dx.
-    void set(std::size_t p, const Pack<Real> x[3], const std::int32_t origin[3]) {
-        using P = Pack<Real>;
-        P first(0);
+    /// Fills the places of up to a pack of particles from number p of the batch; x in dx. keep(splines) takes the weights
+    /// of the three axes.
+    template <class Keep>
+    void set(std::size_t p, const Pack<Real> x[3], const std::int32_t origin[3], Keep keep) {
+        using Spline = BSpline<Pack<Real>, Order>;
+        const Spline splines[3] = {Spline(x[0]), Spline(x[1]), Spline(x[2])};
+        Pack<Real> first(0);
         for (int c = 0; c < 3; ++c) {
-            const BSpline<P, Order> spline(x[c]);
-            weight[c].store(p, spline.w);
-            if constexpr (Slopes) slope[c].store(p, spline.dw);
-            spline.offset.copy_to(offset[c] + p, std::experimental::element_aligned);
-            first = first * Real(kTileNodes) + (spline.base - static_cast<Real>(origin[c]));
+            offset[c].store_pack(p, splines[c].offset);
+            first = first * Real(kTileNodes) + (splines[c].base - static_cast<Real>(origin[c]));
         }
         (Real(4) * first).copy_to(node + p, std::experimental::element_aligned);
+        keep(splines);
     }
 };
 
