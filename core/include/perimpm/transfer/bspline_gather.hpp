@@ -28,21 +28,22 @@ struct Samples {
     Lanes<Real> v[3], gradient[Gradient ? 3 : 1][3], moment[Moment ? 3 : 1][3];
 };
 
-/// Weights of a group of particles along one axis: w, dw/dx and w times the node's index.
-template <class Real, int Order, bool Gradient, bool Moment>
+/// Weights of a group of particles along one axis: w and dw/dx.
+template <class Real, int Order, bool Gradient>
 struct AxisWeights {
-    Group<Real> value[Order + 1], slope[Gradient ? Order + 1 : 1], moment[Moment ? Order + 1 : 1];
+    Group<Real> value[Order + 1], slope[Gradient ? Order + 1 : 1];
 
     template <bool Slopes>
     AxisWeights(const LaneWeights<Real, Order, Slopes>& weight, int axis, std::size_t p) {
         for (int k = 0; k <= Order; ++k) {
             value[k] = weight.value[axis][k].group(p);
             if constexpr (Gradient) slope[k] = weight.slope[axis][k].group(p);
-            if constexpr (Moment) moment[k] = static_cast<Real>(k) * value[k];
         }
     }
 };
 
+/// Nodes are taken from the last to the first: the sum over k of k w_k v_k is the sum of the partial sums
+/// w_Order v_Order + .. + w_k v_k for k > 0.
 template <class Real, int Order, bool Slopes, bool Gradient, bool Moment>
 void sample_tile(const Real* tile, const Stencils<Real, Order>& s, const LaneWeights<Real, Order, Slopes>& weight,
                  Samples<Real, Gradient, Moment>& out, std::size_t size) {
@@ -52,41 +53,36 @@ void sample_tile(const Real* tile, const Stencils<Real, Order>& s, const LaneWei
     };
     for_each_cell(s.node, size, [&](std::size_t begin, std::size_t end, std::int32_t node) {
         for (std::size_t p = begin; p < end; p += kGroup<Real>) {
-            const AxisWeights<Real, Order, Gradient, Moment> wx(weight, 0, p), wy(weight, 1, p), wz(weight, 2, p);
+            const AxisWeights<Real, Order, Gradient> wx(weight, 0, p), wy(weight, 1, p), wz(weight, 2, p);
             for (int c = 0; c < 3; ++c) {
                 Sums total;
 #pragma GCC unroll 4
-                for (int i = 0; i <= Order; ++i) {
+                for (int i = Order; i >= 0; --i) {
                     Sums slab;
 #pragma GCC unroll 4
-                    for (int j = 0; j <= Order; ++j) {
+                    for (int j = Order; j >= 0; --j) {
                         const Real* at = tile + node + i * kSlabStride + j * kRowStride + c;
                         Sums column;
 #pragma GCC unroll 4
-                        for (int k = 0; k <= Order; ++k) {
+                        for (int k = Order; k >= 0; --k) {
                             column.v += wz.value[k] * at[4 * k];
                             if constexpr (Gradient) column.gradient[2] += wz.slope[k] * at[4 * k];
-                            if constexpr (Moment)
-                                if (k > 0) column.moment[2] += wz.moment[k] * at[4 * k];
+                            if (Moment && k > 0) column.moment[2] += column.v;
                         }
                         slab.v += wy.value[j] * column.v;
                         if constexpr (Gradient) {
                             slab.gradient[1] += wy.slope[j] * column.v;
                             slab.gradient[2] += wy.value[j] * column.gradient[2];
                         }
-                        if constexpr (Moment) {
-                            if (j > 0) slab.moment[1] += wy.moment[j] * column.v;
-                            slab.moment[2] += wy.value[j] * column.moment[2];
-                        }
+                        if (Moment && j > 0) slab.moment[1] += slab.v;
+                        if constexpr (Moment) slab.moment[2] += wy.value[j] * column.moment[2];
                     }
                     total.v += wx.value[i] * slab.v;
-                    if constexpr (Gradient) {
-                        total.gradient[0] += wx.slope[i] * slab.v;
-                        for (int axis = 1; axis < 3; ++axis) total.gradient[axis] += wx.value[i] * slab.gradient[axis];
-                    }
-                    if constexpr (Moment) {
-                        if (i > 0) total.moment[0] += wx.moment[i] * slab.v;
-                        for (int axis = 1; axis < 3; ++axis) total.moment[axis] += wx.value[i] * slab.moment[axis];
+                    if constexpr (Gradient) total.gradient[0] += wx.slope[i] * slab.v;
+                    if (Moment && i > 0) total.moment[0] += total.v;
+                    for (int axis = 1; axis < 3; ++axis) {
+                        if constexpr (Gradient) total.gradient[axis] += wx.value[i] * slab.gradient[axis];
+                        if constexpr (Moment) total.moment[axis] += wx.value[i] * slab.moment[axis];
                     }
                 }
                 out.v[c].store(p, total.v);
