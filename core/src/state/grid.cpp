@@ -6,6 +6,14 @@
 
 namespace perimpm {
 
+namespace {
+
+/// From here on cubes of 2x2x2 blocks are coloured, whose particles follow each other in memory; fewer blocks are spread
+/// over the threads one by one.
+constexpr std::size_t kManyBlocks = 1024;
+
+}  // namespace
+
 template <class Real>
 void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment) {
     blocks_.resize(keys.size());
@@ -26,13 +34,20 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     coordinates_.resize(3 * keys_.size());
     for (std::size_t g = 0; g < keys_.size(); ++g) morton_decode(keys_[g], coordinates_.data() + 3 * g);
     for (auto& set : colours_) set.clear();
+    const int shift = keys.size() < kManyBlocks ? 0 : 1;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         const std::int32_t* c = blocks_[b].coordinate;
         for_each_neighbour(c, [&](int n, std::uint64_t key) {
             blocks_[b].links[n] =
                 static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
         });
-        colours_[(c[0] & 1) | (c[1] & 1) << 1 | (c[2] & 1) << 2].push_back(static_cast<std::uint32_t>(b));
+        const int parity = (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2;
+        std::vector<BlockRange>& ranges = colours_[parity];
+        const auto index = static_cast<std::uint32_t>(b);
+        if (b > 0 && keys[b] >> 3 * shift == keys[b - 1] >> 3 * shift)
+            ranges.back().end = index + 1;
+        else
+            ranges.push_back({index, index + 1});
     }
     const std::size_t needed = keys_.size() * kBlockValues;
     if (values_.size() < needed) values_ = AlignedArray<Real>(needed + needed / 4);

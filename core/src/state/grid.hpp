@@ -19,6 +19,11 @@ struct ParticleBlock {
     std::uint32_t links[kNeighbours];  ///< grid blocks at offsets -1, 0, 1, z fastest
 };
 
+/// Particle blocks first .. end - 1, which lie side by side in memory.
+struct BlockRange {
+    std::uint32_t first, end;
+};
+
 /// Sparse grid: only blocks that some particle can reach exist. Nodes of a block: z fastest, four numbers each
 /// (momentum or velocity, mass). Layout and tiles as in TransferBlock.
 template <class Real>
@@ -30,8 +35,8 @@ public:
 
     std::size_t size() const { return coordinates_.size() / 3; }
     const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
-    /// Indices into particle_blocks() in eight sets whose tiles do not overlap within a set.
-    const std::vector<std::uint32_t>& colour(int c) const { return colours_[c]; }
+    /// Ranges of particle_blocks() in eight sets; tiles of different ranges of a set do not overlap.
+    const std::vector<BlockRange>& colour(int c) const { return colours_[c]; }
     const std::int32_t* coordinate(std::size_t block) const { return coordinates_.data() + 3 * block; }
     Real* nodes(std::size_t block) { return values_.data() + block * kBlockValues; }
     Real* increments(std::size_t block) { return increments_.data() + block * kBlockValues; }
@@ -46,7 +51,7 @@ private:
     void for_each_run(const ParticleBlock& block, Copy copy) const;
 
     std::vector<ParticleBlock> blocks_;
-    std::vector<std::uint32_t> colours_[8];
+    std::vector<BlockRange> colours_[8];
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;
     AlignedArray<Real> values_, increments_;

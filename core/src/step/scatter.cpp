@@ -47,8 +47,8 @@ void scatter_block(World<Real>& w, std::size_t index) {
 
 }  // namespace
 
-/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Blocks of one
-/// colour write to different nodes, so nothing is atomic and the sums have a fixed order.
+/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Ranges of blocks of
+/// one colour write to different nodes, so nothing is atomic and the sums have a fixed order.
 template <class Real>
 void scatter(World<Real>& w) {
     w.timer("clear grid", [&] {
@@ -61,8 +61,10 @@ void scatter(World<Real>& w) {
         std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return !m.has_bonds(); });
     w.timer(stress ? "stress and scatter" : "scatter", [&] {
         for (int colour = 0; colour < 8; ++colour) {
-            const std::vector<std::uint32_t>& blocks = w.grid.colour(colour);
-            w.threads.run(blocks.size(), [&](std::size_t i) { scatter_block(w, blocks[i]); });
+            const std::vector<BlockRange>& ranges = w.grid.colour(colour);
+            w.threads.run(ranges.size(), [&](std::size_t i) {
+                for (std::uint32_t b = ranges[i].first; b < ranges[i].end; ++b) scatter_block(w, b);
+            });
         }
     });
 }

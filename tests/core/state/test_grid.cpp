@@ -75,22 +75,33 @@ TEST_CASE("grid: a block's nodes lie where its coordinate says, z fastest", "[st
             CHECK(tile[static_cast<std::size_t>(4 * n + c)] == tile_node(block, n)[static_cast<std::size_t>(c)]);
 }
 
-TEST_CASE("grid: blocks of one colour never share a node", "[state]") {
-    std::vector<Node> blocks;
-    for (int i = -2; i < 3; ++i)
-        for (int j = -2; j < 3; ++j)
-            for (int k = -2; k < 3; ++k) blocks.push_back({i, j, k});
-    BlockGrid<float> grid;
-    grid.rebuild(keys_of(blocks), false);
-    std::size_t total = 0;
-    for (int colour = 0; colour < 8; ++colour) {
-        std::set<Node> used;
-        for (const std::uint32_t b : grid.colour(colour))
-            for (int n = 0; n < kTileValues / 4; ++n)
-                CHECK(used.insert(tile_node(grid.particle_blocks()[b], n)).second);
-        total += grid.colour(colour).size();
+TEST_CASE("grid: ranges of one colour never share a node and hold every block once", "[state]") {
+    for (const int edge : {5, 11}) {  // 1331 blocks are coloured by cubes of eight
+        std::vector<Node> blocks;
+        for (int i = 0; i < edge; ++i)
+            for (int j = 0; j < edge; ++j)
+                for (int k = 0; k < edge; ++k) blocks.push_back({i - 2, j - 2, k - 2});
+        BlockGrid<float> grid;
+        grid.rebuild(keys_of(blocks), false);
+        std::set<std::uint32_t> seen;
+        std::uint32_t longest = 0;
+        for (int colour = 0; colour < 8; ++colour) {
+            std::map<Node, std::size_t> owner;
+            bool apart = true;
+            for (std::size_t r = 0; r < grid.colour(colour).size(); ++r) {
+                const BlockRange range = grid.colour(colour)[r];
+                longest = std::max(longest, range.end - range.first);
+                for (std::uint32_t b = range.first; b < range.end; ++b) {
+                    CHECK(seen.insert(b).second);
+                    for (int n = 0; n < kTileValues / 4; ++n)
+                        apart = apart && owner.emplace(tile_node(grid.particle_blocks()[b], n), r).first->second == r;
+                }
+            }
+            CHECK(apart);
+        }
+        CHECK(seen.size() == blocks.size());
+        CHECK(longest == (edge == 5 ? 1 : 8));
     }
-    CHECK(total == blocks.size());
 }
 
 TEST_CASE("grid: only blocks that a tile reaches exist", "[state]") {
