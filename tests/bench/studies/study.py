@@ -61,6 +61,20 @@ def bars(name: str, labels: Sequence[str], numbers: Sequence[Sequence[float]]) -
     _save(figure, name)
 
 
+def grouped_bars(name: str, groups: Mapping[str, Sequence[tuple[str, float]]], label: str) -> None:
+    """A row of bars for each group, on a logarithmic axis."""
+    figure, axes = plt.subplots(len(groups), 1, figsize=(8, 1.3 * len(groups)), sharex=True, squeeze=False)
+    for panel, (title, entries) in zip(axes[:, 0], groups.items()):
+        names, values = zip(*entries)
+        panel.barh(names, values, log=True)
+        panel.axvline(1.0, color="gray", linewidth=1)
+        panel.set_ylabel(title, fontsize=7)
+        panel.tick_params(labelsize=6)
+        panel.invert_yaxis()
+    axes[-1, 0].set_xlabel(label)
+    _save(figure, name)
+
+
 def _save(figure: Figure, name: str) -> None:
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     figure.text(0.01, 0.01, command(), fontsize=6, family="monospace")
