@@ -57,15 +57,17 @@ class Wave:
     shape: Array  # of the particles in the order of ids
 
 
-def _slab(transfer: Tree, cells: int, amplitude: float, courant: float, fixed: bool) -> Wave:
+def _slab(
+    transfer: Tree, cells: int, amplitude: float, courant: float, fixed: bool, thickness: int = 2, face: str = "slip"
+) -> Wave:
     dx, density = 1 / cells, 1000.0
     speed = float(np.sqrt(1.2 * LOCAL["youngs_modulus"] / density))  # nu = 1/4: M = 1.2 E
     dt = courant * dx / speed
-    side = 2 * dx
+    side = thickness * dx
     tree = scene(LOCAL, box([0] * 3, [1, side, side]), dx / 2, transfer=transfer, density=density, dt=dt)
     reach = 0.0 if fixed else 1.0
-    faces = {f"{end}_{axis}": "slip" for end in ("min", "max") for axis in "yz"}
-    faces |= {f"{end}_x": "slip" if fixed else "open" for end in ("min", "max")}
+    faces = {f"{end}_{axis}": face for end in ("min", "max") for axis in "yz"}
+    faces |= {f"{end}_x": face if fixed else "open" for end in ("min", "max")}
     tree["grid"]["domain"] = {"min": [-reach, 0.0, 0.0], "max": [1 + reach, side, side], "faces": faces}
     sim = perimpm.Simulation(tree, threads=1)
     shape, slope = (np.sin, np.cos) if fixed else (np.cos, lambda x: -np.sin(x))
@@ -82,6 +84,8 @@ def free_slab(transfer: Tree, cells: int, amplitude: float, courant: float) -> W
     return _slab(transfer, cells, amplitude, courant, fixed=False)
 
 
-def fixed_slab(transfer: Tree, cells: int, amplitude: float, courant: float) -> Wave:
-    """Slip faces at both ends, shape = sin."""
-    return _slab(transfer, cells, amplitude, courant, fixed=True)
+def fixed_slab(
+    transfer: Tree, cells: int, amplitude: float, courant: float, thickness: int = 2, face: str = "slip"
+) -> Wave:
+    """Slip faces at both ends and sides, shape = sin. thickness: in cells."""
+    return _slab(transfer, cells, amplitude, courant, fixed=True, thickness=thickness, face=face)

@@ -6,7 +6,7 @@ namespace perimpm {
 namespace {
 
 using enum ParamKind;
-constexpr const char* kFaceWords = "sticky|slip|separate|open";
+constexpr const char* kFaceWords = "sticky|slip|separate|open|symmetry|periodic";
 
 constexpr ParamSpec kSceneTable[] = {
     {.key = "format", .kind = integer, .doc = "version of the scene format: 1"},

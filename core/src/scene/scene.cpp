@@ -60,7 +60,10 @@ SimulationSpec read_simulation(const Value& table) {
 }
 
 Face face_of(const std::string& word) {
-    return word == "sticky" ? Face::sticky : word == "slip" ? Face::slip : word == "open" ? Face::open : Face::separate;
+    static const std::pair<const char*, Face> kFaces[] = {{"sticky", Face::sticky},     {"slip", Face::slip},
+                                                          {"separate", Face::separate}, {"open", Face::open},
+                                                          {"symmetry", Face::symmetry}, {"periodic", Face::periodic}};
+    return std::find_if(std::begin(kFaces), std::end(kFaces), [&](const auto& f) { return word == f.first; })->second;
 }
 
 void read_faces(const Reader& domain, GridSpec& grid) {
@@ -71,6 +74,41 @@ void read_faces(const Reader& domain, GridSpec& grid) {
     }
     const Reader faces{*given, keys::kFaces, "grid.domain.faces"};
     for (std::size_t i = 0; i < std::size(grid.faces); ++i) grid.faces[i] = face_of(faces.text(keys::kFaces[i].key));
+}
+
+/// Mirrors need nodes that are images of nodes, periodic borders a whole number of cells between them.
+void check_faces(const Reader& domain, const GridSpec& grid) {
+    const double dx = grid.spacing;
+    for (int f = 0; f < 6; ++f) {
+        const int axis = f / 2;
+        const char* end = f % 2 ? "max" : "min";
+        const double at = (f % 2 ? grid.domain.max() : grid.domain.min())[axis] / dx;
+        if (grid.faces[f] == Face::symmetry && !on_half_cell(at))
+            domain.fail(end,
+                        fmt::format("puts the symmetry face {0}_{1} at {1} = {2:g} m: it must lie on a node or midway "
+                                    "between two (spacing {3:g} m)\n  nearest: {4:.9g} m",
+                                    end, "xyz"[axis], at * dx, dx, std::round(2 * at) / 2 * dx));
+        if (grid.faces[f] != Face::periodic) continue;
+        if (grid.faces[f ^ 1] != Face::periodic)
+            domain.fail("faces",
+                        fmt::format("makes {}_{} periodic but not the face opposite: both or none", end, "xyz"[axis]));
+        const double cells = grid.domain.sizes()[axis] / dx;
+        if (std::abs(cells - std::round(cells)) > 1e-6 || cells < 0.5)
+            domain.fail(
+                "max",
+                fmt::format("makes the domain {0:g} cells long along {1}: between periodic faces it must "
+                            "be a whole number\n  nearest: max {1} = {2:.9g} m",
+                            cells, "xyz"[axis], grid.domain.min()[axis] + std::max(1.0, std::round(cells)) * dx));
+    }
+}
+
+/// Faces nearer to each other than nodes could tell apart.
+void refuse_thin_domain(const Reader& domain, const GridSpec& grid) {
+    for (int c = 0; c < 3; ++c)
+        if (grid.domain.sizes()[c] < 0.49 * grid.spacing)
+            domain.fail("max",
+                        fmt::format("makes the domain {:g} m thick along {}: at least half a cell ({:g} m) is needed",
+                                    grid.domain.sizes()[c], "xyz"[c], 0.5 * grid.spacing));
 }
 
 GridSpec read_grid(const Value& table) {
@@ -85,6 +123,7 @@ GridSpec read_grid(const Value& table) {
     grid.domain = require_box(domain);
     grid.face_friction = domain.number("friction");
     read_faces(domain, grid);
+    if (grid.spacing > 0) refuse_thin_domain(domain, grid), check_faces(domain, grid);
     return grid;
 }
 

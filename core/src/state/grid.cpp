@@ -1,6 +1,7 @@
 #include "state/grid.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "state/morton.hpp"
 
@@ -12,10 +13,44 @@ namespace {
 /// over the threads one by one.
 constexpr std::size_t kManyBlocks = 1024;
 
+void sort_unique(std::vector<std::uint64_t>& keys) {
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+/// What a block's four node planes across each axis are images of.
+struct BlockImages {
+    bool any = false;  ///< some node is an image, or lies on a face
+    ImageOf plane[3][kBlockNodes];
+    bool reached[3][kBlockNodes];
+
+    BlockImages(const std::int32_t block[3], const DomainImages& images) {
+        for (int c = 0; c < 3; ++c)
+            for (int n = 0; n < kBlockNodes; ++n) {
+                const std::int32_t i = kBlockNodes * block[c] + n;
+                reached[c][n] = images.axis[c].within_reach(i);
+                plane[c][n] = reached[c][n] ? images.axis[c](i) : ImageOf{i};
+                any = any || plane[c][n].node != i || plane[c][n].zero;
+            }
+    }
+};
+
+std::int32_t floor_block(std::int32_t node) { return (node >= 0 ? node : node - kBlockNodes + 1) / kBlockNodes; }
+
+/// Calls body(number of the node in its block, its images by axis) for every node that particles may reach.
+template <class Body>
+void for_each_reached(const BlockImages& b, Body body) {
+    for (int n = 0; n < kNodesPerBlock; ++n) {
+        const int at[3] = {n / 16, n / 4 % 4, n % 4};
+        if (b.reached[0][at[0]] && b.reached[1][at[1]] && b.reached[2][at[2]])
+            body(n, b.plane[0][at[0]], b.plane[1][at[1]], b.plane[2][at[2]]);
+    }
+}
+
 }  // namespace
 
 template <class Real>
-void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment) {
+void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images) {
     blocks_.resize(keys.size());
     keys_.clear();
     const auto for_each_neighbour = [](const std::int32_t c[3], auto body) {
@@ -28,8 +63,8 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
         morton_decode(keys[b], blocks_[b].coordinate);
         for_each_neighbour(blocks_[b].coordinate, [&](int, std::uint64_t key) { keys_.push_back(key); });
     }
-    std::sort(keys_.begin(), keys_.end());
-    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+    sort_unique(keys_);
+    if (images.any()) add_blocks_inside(images);
 
     coordinates_.resize(3 * keys_.size());
     for (std::size_t g = 0; g < keys_.size(); ++g) morton_decode(keys_[g], coordinates_.data() + 3 * g);
@@ -37,10 +72,7 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     const int shift = keys.size() < kManyBlocks ? 0 : 1;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         const std::int32_t* c = blocks_[b].coordinate;
-        for_each_neighbour(c, [&](int n, std::uint64_t key) {
-            blocks_[b].links[n] =
-                static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
-        });
+        for_each_neighbour(c, [&](int n, std::uint64_t key) { blocks_[b].links[n] = block_number(key); });
         const int parity = (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2;
         std::vector<BlockRange>& ranges = colours_[parity];
         const auto index = static_cast<std::uint32_t>(b);
@@ -49,9 +81,58 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
         else
             ranges.push_back({index, index + 1});
     }
+    images_.clear();
+    if (images.any()) find_images(images);
     const std::size_t needed = keys_.size() * kBlockValues;
     if (values_.size() < needed) values_ = AlignedArray<Real>(needed + needed / 4);
     if (increment && increments_.size() < needed) increments_ = AlignedArray<Real>(needed + needed / 4);
+}
+
+template <class Real>
+std::uint32_t BlockGrid<Real>::block_number(std::uint64_t key) const {
+    return static_cast<std::uint32_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());
+}
+
+/// Nodes behind a face need the nodes that they are images of, at a periodic border on the far side of the domain.
+template <class Real>
+void BlockGrid<Real>::add_blocks_inside(const DomainImages& images) {
+    const std::size_t before = keys_.size();
+    for (std::size_t g = 0; g < before; ++g) {
+        std::int32_t block[3];
+        morton_decode(keys_[g], block);
+        const BlockImages own(block, images);
+        if (!own.any) continue;
+        for_each_reached(own, [&](int, const ImageOf& x, const ImageOf& y, const ImageOf& z) {
+            const std::int32_t inside[3] = {floor_block(x.node), floor_block(y.node), floor_block(z.node)};
+            const std::uint64_t key = morton(inside);
+            if (key != keys_[g] && key != keys_.back()) keys_.push_back(key);
+        });
+    }
+    sort_unique(keys_);
+}
+
+template <class Real>
+void BlockGrid<Real>::find_images(const DomainImages& images) {
+    for (std::size_t g = 0; g < keys_.size(); ++g) {
+        const BlockImages own(coordinate(g), images);
+        if (!own.any) continue;
+        std::uint64_t key = keys_[g];
+        auto number = static_cast<std::uint32_t>(g);
+        for_each_reached(own, [&](int n, const ImageOf& x, const ImageOf& y, const ImageOf& z) {
+            const std::int32_t inside[3] = {floor_block(x.node), floor_block(y.node), floor_block(z.node)};
+            if (const std::uint64_t other = morton(inside); other != key) key = other, number = block_number(other);
+            const auto in_block = [&](const ImageOf& image, int c) { return image.node - kBlockNodes * inside[c]; };
+            const NodeImage image{.of = static_cast<std::uint32_t>(kNodesPerBlock * number + 16 * in_block(x, 0) +
+                                                                   4 * in_block(y, 1) + in_block(z, 2)),
+                                  .node = static_cast<std::uint32_t>(kNodesPerBlock * g + n),
+                                  .flip = static_cast<std::uint8_t>(x.flip ^ y.flip ^ z.flip),
+                                  .zero = static_cast<std::uint8_t>(x.zero | y.zero | z.zero)};
+            if (image.of != image.node || image.zero) images_.push_back(image);
+        });
+    }
+    std::sort(images_.begin(), images_.end(), [](const NodeImage& a, const NodeImage& b) {
+        return std::tuple(a.of, a.of == a.node, a.node) < std::tuple(b.of, b.of == b.node, b.node);
+    });
 }
 
 /// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of

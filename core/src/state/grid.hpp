@@ -5,6 +5,7 @@
 
 #include "perimpm/model/transfer_kernel.hpp"
 #include "state/array.hpp"
+#include "state/images.hpp"
 
 namespace perimpm {
 
@@ -30,8 +31,8 @@ template <class Real>
 class BlockGrid {
 public:
     /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles. Allocates
-    /// only when there are more blocks than ever before.
-    void rebuild(const std::vector<std::uint64_t>& keys, bool increment);
+    /// only when there are more blocks than ever before. With images, the nodes that they stand for exist, too.
+    void rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images = {});
 
     std::size_t size() const { return coordinates_.size() / 3; }
     const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
@@ -40,13 +41,20 @@ public:
     const std::int32_t* coordinate(std::size_t block) const { return coordinates_.data() + 3 * block; }
     Real* nodes(std::size_t block) { return values_.data() + block * kBlockValues; }
     Real* increments(std::size_t block) { return increments_.data() + block * kBlockValues; }
-    std::size_t bytes() const { return values_.bytes() + increments_.bytes(); }
+    /// Nodes on and behind mirrors and periodic borders, in the order of the nodes they stand for; those on a face last.
+    const std::vector<NodeImage>& images() const { return images_; }
+    Real* node(std::uint32_t number) { return values_.data() + 4 * std::size_t{number}; }
+    Real* increment(std::uint32_t number) { return increments_.data() + 4 * std::size_t{number}; }
+    std::size_t bytes() const { return values_.bytes() + increments_.bytes() + images_.capacity() * sizeof(NodeImage); }
 
     /// Adds a tile to the blocks it overlaps; `second`: the increments.
     void add_tile(const ParticleBlock& block, const Real* tile, bool second);
     void load_tile(const ParticleBlock& block, Real* tile, bool second) const;
 
 private:
+    void add_blocks_inside(const DomainImages& images);
+    void find_images(const DomainImages& images);
+    std::uint32_t block_number(std::uint64_t key) const;
     template <class Copy>
     void for_each_run(const ParticleBlock& block, Copy copy) const;
 
@@ -54,6 +62,7 @@ private:
     std::vector<BlockRange> colours_[8];
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;
+    std::vector<NodeImage> images_;
     AlignedArray<Real> values_, increments_;
 };
 

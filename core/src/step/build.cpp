@@ -100,6 +100,18 @@ double common_spacing(const MaterialSpec& spec, const std::vector<BodySample>& b
     return bodies.front().spacing;
 }
 
+/// Families are found once, from positions that do not jump.
+void refuse_periodic_faces(const Scene& scene, const MaterialSpec& spec) {
+    if (!scene.grid.bounded ||
+        std::count(std::begin(scene.grid.faces), std::end(scene.grid.faces), Face::periodic) == 0)
+        return;
+    throw InputError(
+        spec.law.source.place.text(),
+        fmt::format("law '{}' has bonds, and bonds do not reach across periodic faces of grid.domain: use a "
+                    "local law, or \"symmetry\" faces",
+                    spec.law.type));
+}
+
 template <class Real>
 void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
     ModelContext context{
@@ -108,7 +120,7 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
     m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
     m.needs = m.law->needs();
     require_sound_law(m.needs, spec.law);
-    if (m.needs.bonds) common_spacing(spec, bodies);
+    if (m.needs.bonds) common_spacing(spec, bodies), refuse_periodic_faces(w.scene, spec);
     if (!m.needs.bonds && !w.transfer_needs.grid)
         throw InputError(spec.law.source.place.text(),
                          fmt::format("law '{}' needs a deformation gradient, which transfer '{}' does not provide: use "
@@ -245,7 +257,7 @@ void build_world(World<Real>& w) {
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
     if (w.transfer_needs.grid)
-        sort_particles(w);
+        w.images = find_images(w.scene.grid), sort_particles(w);
     else
         refuse_closed_faces(w.scene);
 }

@@ -13,10 +13,10 @@ Contact contact_of(Face face) {
 /// Which contacts act: all of them, or only those that hold for good (sticky, slip), without their friction.
 enum class Acting { all, lasting };
 
-Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v, Acting acting) {
+Vec3 apply_faces(const GridSpec& grid, const DomainImages& images, const Vec3& x, Vec3 v, Acting acting) {
     const double tolerance = kOnFace * grid.spacing, friction = acting == Acting::all ? grid.face_friction : 0.0;
     for (int f = 0; f < 6; ++f) {
-        if (grid.faces[f] == Face::open || (acting == Acting::lasting && grid.faces[f] == Face::separate)) continue;
+        if (!sets_nodes(grid, images, f) || (acting == Acting::lasting && grid.faces[f] == Face::separate)) continue;
         const int axis = f / 2;
         const bool upper = f % 2;
         const bool outside =
@@ -28,12 +28,12 @@ Vec3 apply_faces(const GridSpec& grid, const Vec3& x, Vec3 v, Acting acting) {
 }
 
 template <class Real>
-void obey(const GridSpec& grid, const NearObstacles& near, const Vec3& x, Real* node, Acting acting) {
+void obey(const World<Real>& w, const NearObstacles& near, const Vec3& x, Real* node, Acting acting) {
     Vec3 v(static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2]));
     for (const Collider* collider : near.colliders)
         if (collider->signed_distance(x) <= 0)
             v = acting == Acting::all ? collider->resolve(x, v) : collider->hold(x, v);
-    if (near.faces) v = apply_faces(grid, x, v, acting);
+    if (near.faces) v = apply_faces(w.scene.grid, w.images, x, v, acting);
     for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
 }
 
@@ -62,9 +62,9 @@ void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
         if (!obstacles) continue;
         const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),
                      dx * (kBlockNodes * coordinate[2] + n % 4));
-        obey(w.scene.grid, near, x, node, Acting::all);
+        obey(w, near, x, node, Acting::all);
         // A clamp took its share of the velocity long ago: without this, FLIP would take it again in every step.
-        if (increment) obey(w.scene.grid, near, x, increment + 4 * n, Acting::lasting);
+        if (increment) obey(w, near, x, increment + 4 * n, Acting::lasting);
     }
 }
 
@@ -84,7 +84,7 @@ void find_near(const World<Real>& w, std::size_t g, NearObstacles& near) {
 
 }  // namespace
 
-/// Momentum to velocity, external forces, then colliders and the domain's faces.
+/// Momentum to velocity, external forces, then colliders and those of the domain's faces that set nodes one by one.
 template <class Real>
 void update_grid(World<Real>& w) {
     for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);

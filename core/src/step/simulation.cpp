@@ -32,6 +32,8 @@ public:
         build_world(w_);
         plan = make_plan(w_);
         plan.warnings = starting_overlaps(w_);
+        if (w_.transfer_needs.grid)
+            for (std::string& text : inexact_faces(w_.scene.grid, w_.images)) plan.warnings.push_back(std::move(text));
         make_frame(w_, 1, w_.scene.output.fields);  // refuses output fields that this scene does not have
     }
 
@@ -67,10 +69,14 @@ private:
     void grid_step() {
         if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
             w_.timer("sort", [&] { sort_particles(w_); });
-        compute_bond_forces(w_);                            // 7 of the last step
-        scatter(w_);                                        // 1, 2
-        w_.timer("grid update", [&] { update_grid(w_); });  // 3, 4
-        w_.timer("gather", [&] { gather(w_); });            // 5
+        compute_bond_forces(w_);       // 7 of the last step
+        scatter(w_);                   // 1, 2
+        w_.timer("grid update", [&] {  // 3, 4
+            if (w_.images.any()) fold_images(w_);
+            update_grid(w_);
+            if (w_.images.any()) unfold_images(w_);
+        });
+        w_.timer("gather", [&] { gather(w_); });                                                     // 5
         if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
     }
 

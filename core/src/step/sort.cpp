@@ -35,6 +35,7 @@ void check_domain(const World<Real>& w, std::size_t p) {
     const GridSpec& grid = w.scene.grid;
     for (int c = 0; c < 3; ++c) {
         const double x = static_cast<double>(w.x[c][p]);
+        if (w.images.axis[c].period > 0) continue;
         const bool below = grid.faces[2 * c] != Face::open && x < grid.domain.min()[c] - grid.spacing;
         const bool above = grid.faces[2 * c + 1] != Face::open && x > grid.domain.max()[c] + grid.spacing;
         if (below || above)
@@ -203,8 +204,9 @@ void permute_material(World<Real>& w, Material<Real>& m) {
 /// those of bond laws keep their places and get a list of indices.
 template <class Real>
 void sort_particles(World<Real>& w) {
+    if (w.images.periodic()) wrap_particles(w);
     find_blocks(w);
-    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment);
+    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment, w.images);
     w.farthest = 0;
     for (const ParticleBlock& block : w.grid.particle_blocks())
         for (const std::int32_t c : block.coordinate)

@@ -138,6 +138,7 @@ struct World {
     AlignedArray<std::uint32_t> id;
 
     BlockGrid<Real> grid;
+    DomainImages images;                 ///< of the domain's faces that are mirrors or periodic
     std::vector<Scratch<Real>> scratch;  ///< by worker
     std::vector<double> partial;         ///< by block or chunk, for ordered reductions
 
@@ -214,6 +215,18 @@ double reduce_chunks(World<Real>& w, Material<Real>& m, double start, const Valu
 // The stages, in the order of a step (METHOD section 2).
 template <class Real>
 void build_world(World<Real>& w);
+/// Which faces of the domain act by images.
+DomainImages find_images(const GridSpec& grid);
+/// Whether nodes on and behind face `f` are set one by one instead.
+inline bool sets_nodes(const GridSpec& grid, const DomainImages& images, int f) {
+    const AxisImages& axis = images.axis[f / 2];
+    return grid.faces[f] != Face::open && axis.period == 0 && !(f % 2 ? axis.high : axis.low).mirrors;
+}
+/// One message for every slip or sticky face that is no mirror because of where it lies.
+std::vector<std::string> inexact_faces(const GridSpec& grid, const DomainImages& images);
+/// Brings particles that left through a periodic face back in at the other one.
+template <class Real>
+void wrap_particles(World<Real>& w);
 template <class Real>
 void sort_particles(World<Real>& w);
 /// Cells that particles may move after a sort before their stencils can leave their tiles, less rounding.
@@ -224,8 +237,14 @@ template <class Real>
 void compute_bond_forces(World<Real>& w);
 template <class Real>
 void scatter(World<Real>& w);
+/// Nodes behind mirrors and periodic borders give mass and momentum to the nodes that they are images of.
+template <class Real>
+void fold_images(World<Real>& w);
 template <class Real>
 void update_grid(World<Real>& w);
+/// The way back: nodes behind take the velocities of those nodes.
+template <class Real>
+void unfold_images(World<Real>& w);
 template <class Real>
 void gather(World<Real>& w);
 template <class Real>

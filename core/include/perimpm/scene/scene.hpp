@@ -14,7 +14,7 @@
 namespace perimpm {
 
 enum class Precision { single_, double_ };
-enum class Face { sticky, slip, separate, open };
+enum class Face { sticky, slip, separate, open, symmetry, periodic };
 enum class Contact { sticky, slip, separate };
 
 /// A model as a scene names it, checked against the model's declared parameters.
@@ -42,6 +42,9 @@ struct GridSpec {
     Face faces[6];  ///< min x, max x, min y, ...
     double face_friction;
 };
+
+/// Whether a position counted in cells is a node or midway between two, to a millionth of a cell.
+inline bool on_half_cell(double cells) { return std::abs(2 * cells - std::round(2 * cells)) <= 2e-6; }
 
 struct MaterialSpec {
     std::string name;
