@@ -38,7 +38,8 @@ struct Block {
     Field<const Real> v;                               ///< velocity [m/s], 3
     const Real* mass = nullptr;                        ///< [kg]
     const Real* volume = nullptr;                      ///< reference volume [m^3]
-    Field<const Real> F;                               ///< trial deformation gradient, 9, row-major; local laws
+    Field<Real> F;                                     ///< deformation gradient, 9, row-major; local laws. In: trial;
+                                                       ///< `evaluate` may leave its elastic part, the others only read
     Field<Real> tau;                                   ///< out: Kirchhoff stress [Pa], 6: xx xy xz yy yz zz; local laws
     Field<Real> force;                                 ///< out: internal force [N], 3; bond laws
     const Real* param[kMaxVaryingParams] = {};         ///< values of the parameters that vary, else null

@@ -40,7 +40,8 @@ public:
     virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}
     /// Bond laws: per-particle family quantities, before any neighbour reads them.
     virtual void prepare(Block<Real>&) const {}
-    /// In: b.F (trial) or b.family. Out: b.tau [Pa] or b.force [N]. dt in s.
+    /// In: b.F (trial) or b.family. Out: b.tau [Pa] or b.force [N]. dt in s. Runs once per step, and may write b.F and the
+    /// declared fields: a law that flows leaves the elastic part of F there, which the grid moves on.
     virtual void evaluate(Block<Real>& b, Real dt) const = 0;
     /// Bound of the wave speed in the block as it is now [m/s]; grid transfers take the time step from it.
     virtual double max_wave_speed(const Block<Real>& b) const = 0;

@@ -1,0 +1,125 @@
+"""Thick-walled sphere under inner pressure, perfect plasticity (C5; Hill 1950): radii a = 1 m and b = 2 m.
+
+The pressure is a radial body force p / w in the layer a < r < a + w. While that layer flows, integrating
+d(sigma_r)/dr = 2 Y / r - f gives Hill's relation unchanged for p = int f dr: with the plastic radius c > a + w,
+  (1) p = 2 Y ln(c/a) + (2 Y/3)(1 - c^3/b^3)
+  (2) u(r) = (Y c^3/3E) (2 (1 - 2 nu) r/b^3 + (1 + nu)/r^2)   outside c; (1 - nu) Y c^3/(E b^2) at b
+c comes from (2) as a mean over the outer tenth of the wall, which stays elastic. The sphere is whole, so that nothing but
+the law and the grid is tested, and its particles lie on shells with the exact volumes. The pressure grows so slowly (ten
+periods of the breathing sphere) that inertia is small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from support import Array
+from trees import Tree, box, scene
+
+import perimpm
+
+INNER, OUTER = 1.0, 2.0  # m
+YOUNG, POISSON, DENSITY, YIELD_STRESS = 1e6, 0.3, 1000.0, 1e3  # Pa, 1, kg/m^3, Pa
+DURATION = 3.0  # s; the breathing period is about 0.3 s
+LAW: Tree = {"type": "von_mises", "youngs_modulus": YOUNG, "poisson_ratio": POISSON, "yield_stress": YIELD_STRESS}
+
+
+@dataclass
+class Cloud:
+    x: Array  # m, (n, 3)
+    volume: Array  # m^3
+
+
+def shells(h: float) -> Cloud:
+    """Shells h apart; on each, points of Fibonacci's lattice about h apart, turned at random."""
+    random = np.random.default_rng(1)
+    points, volumes = [], []
+    edges = np.linspace(INNER, OUTER, round((OUTER - INNER) / h) + 1)
+    for low, high in zip(edges[:-1], edges[1:]):
+        r = 0.5 * (low + high)
+        count = round(4 * np.pi * r**2 / h**2)
+        k = np.arange(count) + 0.5
+        z, angle = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
+        s = np.sqrt(1 - z**2)
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        points.append(r * np.column_stack([s * np.cos(angle), s * np.sin(angle), z]) @ turn)
+        volumes.append(np.full(count, 4 * np.pi / 3 * (high**3 - low**3) / count))
+    return Cloud(np.concatenate(points), np.concatenate(volumes))
+
+
+def simulation(cloud: Cloud, h: float) -> perimpm.Simulation:
+    """Any body of as many particles, which are then put where the cloud has them."""
+    tree = scene(LAW, box([0, 0, 0], [len(cloud.x) * h, h, h]), h, density=DENSITY)
+    sim = perimpm.Simulation(tree)
+    assert len(sim.particles["id"]) == len(cloud.x)
+    own = sim.particles["id"]
+    sim.particles["x"][:] = cloud.x[own]
+    sim.particles["volume"][:] = cloud.volume[own]
+    sim.particles["mass"][:] = DENSITY * cloud.volume[own]
+    return sim
+
+
+def pressure(c: Array | float) -> Array | float:
+    """(1) over Y."""
+    return 2 * np.log(c / INNER) + 2 / 3 * (1 - c**3 / OUTER**3)
+
+
+@dataclass
+class Curve:
+    """By sample: applied pressure, and (1) with c from the measured displacement, over Y."""
+
+    applied: Array
+    expected: Array
+    c: Array
+
+
+def inflate(cells: int, highest: float) -> Curve:
+    """With so many grid cells across the wall, up to the pressure `highest` Y."""
+    dx = (OUTER - INNER) / cells
+    width = dx  # of the loaded layer: two shells
+    cloud = shells(dx / 2)
+    sim = simulation(cloud, dx / 2)
+    r = np.linalg.norm(cloud.x, axis=1)
+    loaded, outer = r < INNER + width, r > OUTER - 0.1 * (OUTER - INNER)
+    shape = YIELD_STRESS / (3 * YOUNG) * (2 * (1 - 2 * POISSON) * r / OUTER**3 + (1 + POISSON) / r**2)  # (2) over c^3
+    samples, last = [], 0.0
+    rows = np.flatnonzero(loaded[sim.particles["id"]])
+    generation = sim.particles.generation
+    while sim.time < DURATION:
+        if sim.particles.generation != generation:
+            rows, generation = np.flatnonzero(loaded[sim.particles["id"]]), sim.particles.generation
+        p = highest * YIELD_STRESS * np.sin(np.pi / 2 * min(1.0, sim.time / DURATION)) ** 2
+        x = sim.particles["x"][rows]
+        kick = (sim.time - last) * p / (width * DENSITY)
+        sim.particles["v"][rows] += kick * x / np.linalg.norm(x, axis=1)[:, None]
+        last = sim.time
+        sim.step()
+        if sim.steps % 20 == 0:
+            u = np.linalg.norm(sim.particles.by_id("x")[outer], axis=1) - r[outer]
+            c = np.cbrt(np.sum(u * shape[outer]) / np.sum(shape[outer] ** 2))
+            samples.append((p / YIELD_STRESS, pressure(c), c))
+    return Curve(*np.array(samples).T)
+
+
+def check(cells: int, tolerance: float) -> None:
+    width = (OUTER - INNER) / cells
+    curve = inflate(cells, highest=float(pressure(1.65)))
+    flowing = (curve.c > INNER + width) & (curve.c < 1.7)
+    error = curve.applied[flowing] / curve.expected[flowing] - 1
+    print(f"\n{cells} cells across the wall, c/a, p/Y applied, p/Y of the measured c")
+    for c in (1.2, 1.3, 1.4, 1.5, 1.6):
+        at = int(np.argmin(np.abs(curve.c - c)))
+        print(f"{curve.c[at]:.3f} {curve.applied[at]:.4f} {curve.expected[at]:.4f}")
+    print(f"largest difference {np.abs(error).max():.2%}, mean {np.mean(error):+.2%}")
+    assert curve.c.max() > 1.55
+    assert np.abs(error).max() < tolerance
+
+
+def test_coarse_sphere() -> None:
+    check(5, tolerance=0.03)
+
+
+@pytest.mark.slow
+def test_sphere() -> None:
+    check(10, tolerance=0.03)
