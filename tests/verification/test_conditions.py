@@ -107,11 +107,12 @@ def clamped_bar(cells: int, transfer: Tree, clamp: int) -> float:
 
 
 @pytest.mark.parametrize("transfer", GRID[:3], ids=IDS[:3])
-def test_a_clamped_region_acts_in_its_border(transfer: Tree) -> None:
+def test_a_clamped_region_acts_near_its_border(transfer: Tree) -> None:
     coarse, fine = (clamped_bar(cells, transfer, 4) for cells in (8, 16))
     print(f"\nperiod / closed form {coarse:.4f} at 8 cells, {fine:.4f} at 16")
-    assert fine == pytest.approx(1, abs=0.02)
-    assert abs(fine - 1) < 0.6 * abs(coarse - 1) + 1e-3
+    # it acts as a wall 0.25 (quadratic) or 0.34 cells (cubic) behind: the static solution of the splines' chain
+    assert fine == pytest.approx(1 + {2: 0.25, 3: 0.34}[transfer["order"]] / 16, abs=5e-3)
+    assert fine - 1 < 0.6 * (coarse - 1)
 
 
 @pytest.mark.parametrize(("law", "transfer"), WITH_LAW, ids=IDS)
@@ -151,8 +152,9 @@ def test_column_under_its_own_weight(load: float) -> None:
         assert sim.time == 0
         assert not sim.particles["v"].any()
     print(f"\nerror over the tip's displacement {errors[0]:.2e} at 8 cells, {errors[1]:.2e} at 16; {found.steps} steps")
-    assert errors[1] < 2e-3
-    assert np.log2(errors[0] / errors[1]) > 1.5
+    # strains of 30 % move particles across cells, which costs the splines their order
+    assert errors[1] < (6e-4 if load < 0.1 else 3e-3)
+    assert np.log2(errors[0] / errors[1]) > (1.9 if load < 0.1 else 0.7)
 
 
 def test_relaxed_bonds_hang() -> None:

@@ -62,7 +62,7 @@ template <class Real>
 void prepare_held_nodes(World<Real>& w);
 template <class Real>
 void scatter_held(World<Real>& w);
-/// Nodes that prescribed particles carry at least half of move as prescribed.
+/// Nodes with a share of mass from prescribed particles move as prescribed.
 template <class Real>
 void hold_nodes(World<Real>& w);
 

@@ -7,9 +7,11 @@ namespace perimpm {
 
 namespace {
 
-/// A node is held along an axis when at least half of its mass prescribes that component, less rounding: the border of a
-/// region that lies on a plane of nodes then acts in that plane.
-constexpr double kHalf = 0.5 - 1e-4;
+/// Share of a node's mass that must prescribe a component for the node to be held along it. Splines are smooth, so what
+/// is held ends about a quarter of a cell behind the last held node. A tenth is the share of a node 0.66 (quadratic) or
+/// 0.75 cells (cubic) in front of the region's border: wherever the border lies in its cell, it acts within half a cell
+/// of its place, and particles that move by a part of a cell do not switch nodes on a border plane on and off.
+constexpr double kShare = 0.1;
 
 /// Puts the run's held particles into the worker's scratch. Returns their number.
 template <class Real>
@@ -126,7 +128,7 @@ void hold_nodes(World<Real>& w) {
         const Real* mass = all.mass.data() + g * kBlockValues;
         for (std::size_t n = 0; n < kBlockValues; n += 4)
             for (std::size_t c = n; c < n + 3; ++c) {
-                if (!(mass[c] > 0) || mass[c] < static_cast<Real>(kHalf) * node[n + 3]) continue;
+                if (!(mass[c] > 0) || mass[c] < static_cast<Real>(kShare) * node[n + 3]) continue;
                 node[c] = momentum[c] / mass[c];
                 if (before) before[c] = node[c];
             }
