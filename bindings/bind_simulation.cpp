@@ -1,3 +1,4 @@
+#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <chrono>
@@ -5,6 +6,7 @@
 #include <optional>
 
 #include "bind.hpp"
+#include "perimpm/error.hpp"
 #include "perimpm/io/run.hpp"
 #include "simulation.hpp"
 
@@ -89,6 +91,53 @@ double step_simulation(SharedSimulation& shared, std::uint64_t count) {
     return dt;
 }
 
+/// Calls function(X, t), which returns an array of the shape of X or one row for all.
+ConditionFunction to_function(py::object callable) {
+    // The last reference may go while the interpreter lock is not held.
+    const std::shared_ptr<py::object> shared(new py::object(std::move(callable)), [](py::object* object) {
+        const py::gil_scoped_acquire gil;
+        delete object;
+    });
+    return [shared](double t, std::size_t n, const double* X, double* values) {
+        const py::gil_scoped_acquire gil;
+        const auto rows = static_cast<py::ssize_t>(n);
+        const py::object result = (*shared)(py::array_t<double>({rows, py::ssize_t{3}}, X), t);
+        const auto numpy = py::module_::import("numpy");
+        py::array_t<double, py::array::c_style | py::array::forcecast> array;
+        try {
+            array = numpy.attr("broadcast_to")(numpy.attr("asarray")(result, py::arg("dtype") = "float64"),
+                                               py::make_tuple(rows, 3));
+        } catch (py::error_already_set& error) {
+            if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw;
+            throw InputError("the function of a condition returned " + std::string(py::repr(result)).substr(0, 200) +
+                             ": expected numbers of shape (" + std::to_string(n) + ", 3) or (3,)");
+        }
+        std::copy_n(array.data(), 3 * n, values);
+    };
+}
+
+const std::pair<const char*, Drive> kDrives[] = {
+    {"velocity", Drive::velocity}, {"acceleration", Drive::acceleration}, {"body_force", Drive::body_force}};
+
+/// `table` as in [[condition]]; values from `function` when that is not None: of the quantity `drive`.
+void add_condition(SharedSimulation& shared, py::handle table, const std::string& drive, py::object function) {
+    const auto lock = shared.lock();
+    Simulation& simulation = shared.get();
+    const Value value = to_value(table, "condition");
+    std::optional<Drive> given;
+    for (const auto& [key, kind] : kDrives)
+        if (!function.is_none() && drive == key) given = kind;
+    const ConditionSpec spec =
+        read_condition(value, simulation.scene().conditions.size() + shared.added++, simulation.scene(), given);
+    simulation.add_condition(spec, given ? to_function(std::move(function)) : ConditionFunction());
+}
+
+Relaxation relax_simulation(SharedSimulation& shared, double residual, std::uint64_t most_steps) {
+    const auto lock = shared.lock();
+    const py::gil_scoped_release release;
+    return shared.get().relax(residual, most_steps);
+}
+
 /// A read of the simulation that refuses while another thread steps it.
 template <class Function>
 auto guarded(Function read) {
@@ -144,6 +193,9 @@ void bind_records(py::module_& m) {
         .def_readonly("potential", &Ledger::potential)
         .def_readonly("momentum", &Ledger::momentum)
         .def_readonly("angular_momentum", &Ledger::angular_momentum);
+    py::class_<Relaxation>(m, "Relaxation", "How a search for equilibrium ended.")
+        .def_readonly("steps", &Relaxation::steps)
+        .def_readonly("residual", &Relaxation::residual);
     py::class_<PassTime>(m, "PassTime", "Wall time of one pass since the start.")
         .def_readonly("name", &PassTime::name)
         .def_readonly("calls", &PassTime::calls)
@@ -168,6 +220,8 @@ void bind_simulation(py::module_& m) {
         .def("run", &run_simulation, py::arg("folder"), py::arg("frames"), py::arg("report") = Report(),
              "Runs to frame `frames` (0: the end); `report` is called with a Progress between steps.")
         .def("step", &step_simulation, py::arg("count") = 1, "Advances; returns the last step taken [s].")
+        .def("add_condition", &add_condition, py::arg("table"), py::arg("drive") = "", py::arg("function") = py::none())
+        .def("relax", &relax_simulation, py::arg("residual"), py::arg("most_steps"))
         .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
         .def("velocities_changed", guarded([](Simulation& s) { s.velocities_changed(); }))
         .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })

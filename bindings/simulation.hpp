@@ -18,6 +18,8 @@ public:
     std::unique_lock<std::recursive_mutex> lock();
     Simulation& get() { return simulation_; }
 
+    std::size_t added = 0;  ///< conditions beyond those of the scene
+
 private:
     int threads_;
     std::recursive_mutex mutex_;

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Union
+
+import numpy.typing as npt
 
 from . import _core
 from .particles import Particles, ViewWatch
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+Field = Union[Sequence[Any], npt.NDArray[Any], Callable[[npt.NDArray[Any], float], Any]]
 
 
 class Simulation:
@@ -64,6 +67,50 @@ class Simulation:
         """Advances `n` steps; returns the length of the last one [s]."""
         with self._watch.around_steps(self._core):
             return self._core.step(n)
+
+    def prescribe(self, velocity: Field, **region: Any) -> None:
+        """Prescribes the velocity of the particles of a region, before the first step.
+
+        velocity : three components [m/s], each a number or "free"; or a function f(X, t) of the particles' positions
+            X, shape (n, 3), as they are now, that returns velocities of shape (n, 3) or (3,). NaN leaves a component
+            free. It is called once per step with all particles of the region.
+        region : keys of [[condition]]: shape, body, material, name; times and factors.
+        """
+        self._add("velocity", velocity, region)
+
+    def load(
+        self, *, acceleration: Field | None = None, body_force: Field | None = None, **region: Any
+    ) -> None:
+        """Adds a load on a region, before the first step: `acceleration` [m/s^2] or `body_force` [N/m^3].
+
+        Either is a vector or a function b(X, t) as in `prescribe`; `region` as there.
+        """
+        if (acceleration is None) == (body_force is None):
+            raise _core.InputError("load: expected either acceleration [m/s^2] or body_force [N/m^3]")
+        if acceleration is not None:
+            self._add("acceleration", acceleration, region)
+        else:
+            self._add("body_force", body_force, region)
+
+    def _add(self, key: str, value: Any, region: dict[str, Any]) -> None:
+        if callable(value):
+            self._core.add_condition(region, key, value)
+        else:
+            self._core.add_condition({key: value, **region})
+
+    def relax(self, residual: float = 1e-6, max_steps: int = 100_000) -> _core.Relaxation:
+        """Searches the equilibrium for the loads of the present time, which does not advance meanwhile.
+
+        Kinetic damping: all motion is stopped whenever its energy passes a maximum. `residual`: root mean square of the
+        particles' unbalanced accelerations over the largest met on the way, or over gravity. Prescribed particles stand
+        still. Returns the steps taken and the residual reached.
+
+        Raises
+        ------
+        SimulationError : `max_steps` did not suffice.
+        """
+        with self._watch.around_steps(self._core):
+            return self._core.relax(residual, max_steps)
 
     @property
     def time(self) -> float:

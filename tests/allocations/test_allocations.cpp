@@ -71,6 +71,10 @@ TEST_CASE("allocations: none in a step once every buffer is warm", "[step]") {
         {"colliders", {kFloor, "simulation.gravity=[0, -10, 0]"}},
         {"colliders without grid", {kBonds, kNoGrid, kFloor, "simulation.gravity=[0, -10, 0]"}},
         {"closed domain", {R"(grid.domain={ min = [-1, -1, -1], max = [1, 1, 1], faces = "sticky" })"}},
+        {"periodic domain", {R"(grid.domain={ min = [-1, -1, -1], max = [1, 1, 1], faces = "periodic" })"}},
+        {"conditions",
+         {R"(condition=[{ clamped = true, shape = { type = "box", min = [-1, -1, -1], max = [0.1, 1, 1] } },
+                                      { force = [1, 0, 0], times = [0, 1], factors = [0, 1] }])"}},
     };
     for (const Case& c : cases)
         for (const int threads : {1, 2}) {

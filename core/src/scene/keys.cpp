@@ -17,6 +17,10 @@ constexpr ParamSpec kSceneTable[] = {
     {.key = "material", .kind = table, .doc = "materials by name, written [material.NAME]"},
     {.key = "body", .kind = list, .optional = true, .doc = "solids, each written [[body]]; at least one"},
     {.key = "collider", .kind = list, .optional = true, .doc = "rigid obstacles, each written [[collider]]"},
+    {.key = "condition",
+     .kind = list,
+     .optional = true,
+     .doc = "boundary conditions and loads on regions, each written [[condition]]"},
     {.key = "output", .kind = table, .optional = true, .doc = "what frames hold"},
 };
 constexpr ParamSpec kSimulationTable[] = {
@@ -39,6 +43,11 @@ constexpr ParamSpec kSimulationTable[] = {
      .choices = "float|double",
      .doc = "of particles and grid"},
     {.key = "gravity", .kind = vector, .unit = "m/s^2", .default_text = "[0, -9.81, 0]", .doc = "acceleration, Y up"},
+    {.key = "damping",
+     .unit = "1/s",
+     .range = at_least(0.0),
+     .default_value = 0.0,
+     .doc = "mass-proportional: free motion decays as exp(-damping t), amplitudes of vibration at half that rate"},
 };
 constexpr ParamSpec kGridTable[] = {
     {.key = "spacing",
@@ -118,6 +127,33 @@ constexpr ParamSpec kColliderTable[] = {
      .doc = "about the pivot; planes do not turn"},
     {.key = "pivot", .kind = vector, .unit = "m", .default_text = "[0, 0, 0]", .doc = "centre of rotation at t = 0"},
 };
+constexpr ParamSpec kConditionTable[] = {
+    {.key = "name", .kind = text, .optional = true, .doc = "default: condition N"},
+    {.key = "shape",
+     .kind = table,
+     .optional = true,
+     .doc = "{ type = box, sphere, cylinder, mesh or plane, its parameters }: particles inside at t = 0; absent: all"},
+    {.key = "body", .kind = text, .optional = true, .doc = "only particles of this body"},
+    {.key = "material", .kind = text, .optional = true, .doc = "only particles of this material"},
+    {.key = "velocity",
+     .kind = list,
+     .unit = "m/s",
+     .optional = true,
+     .doc = "prescribed velocity, three components, each a number or \"free\""},
+    {.key = "clamped", .kind = boolean, .optional = true, .doc = "true: the same as velocity = [0, 0, 0]"},
+    {.key = "acceleration", .kind = vector, .unit = "m/s^2", .optional = true, .doc = "on top of gravity"},
+    {.key = "body_force", .kind = vector, .unit = "N/m^3", .optional = true, .doc = "force per reference volume"},
+    {.key = "force",
+     .kind = vector,
+     .unit = "N",
+     .optional = true,
+     .doc = "total, shared out by volume; a traction: times the loaded area, on a layer of particles under it"},
+    {.key = "times", .kind = list, .unit = "s", .optional = true, .doc = "rising times for `factors`"},
+    {.key = "factors",
+     .kind = list,
+     .optional = true,
+     .doc = "of the value at `times`, linear between them, constant before and after"},
+};
 constexpr ParamSpec kOutputTable[] = {
     {.key = "fields", .kind = list, .default_text = "[\"x\", \"v\", \"id\"]", .doc = "particle fields in frames"},
     {.key = "formats",
@@ -174,6 +210,7 @@ constinit const std::span<const ParamSpec> kFaces = kFacesTable;
 constinit const std::span<const ParamSpec> kMaterial = kMaterialTable;
 constinit const std::span<const ParamSpec> kBody = kBodyTable;
 constinit const std::span<const ParamSpec> kCollider = kColliderTable;
+constinit const std::span<const ParamSpec> kCondition = kConditionTable;
 constinit const std::span<const ParamSpec> kOutput = kOutputTable;
 constinit const std::span<const ParamSpec> kBox = kBoxTable;
 constinit const std::span<const ParamSpec> kSphere = kSphereTable;
@@ -194,10 +231,12 @@ std::vector<SectionDoc> scene_reference() {
                 kRampTable),
         section("body", "[[body]]", "one solid made of particles", kBodyTable),
         section("collider", "[[collider]]", "one rigid obstacle", kColliderTable),
+        section("condition", "[[condition]]", "a boundary condition or load on a region", kConditionTable),
         section("box", "shape = { type = \"box\" }", "box along the axes", kBoxTable),
         section("sphere", "shape = { type = \"sphere\" }", "ball", kSphereTable),
         section("cylinder", "shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
-        section("plane", "shape = { type = \"plane\" }", "half space below a plane; colliders only", kPlaneTable),
+        section("plane", "shape = { type = \"plane\" }", "half space below a plane; colliders and conditions only",
+                kPlaneTable),
         section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh", kMeshTable),
         section("output", "[output]", "what the folder of a run holds besides run.json and energy.csv", kOutputTable),
     };

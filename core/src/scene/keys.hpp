@@ -15,6 +15,7 @@ extern const std::span<const ParamSpec> kFaces;
 extern const std::span<const ParamSpec> kMaterial;
 extern const std::span<const ParamSpec> kBody;
 extern const std::span<const ParamSpec> kCollider;
+extern const std::span<const ParamSpec> kCondition;
 extern const std::span<const ParamSpec> kOutput;
 
 extern const std::span<const ParamSpec> kBox;

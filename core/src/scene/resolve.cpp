@@ -102,11 +102,12 @@ void complete_materials(Value& table, const Scene& scene) {
     }
 }
 
-/// A body or collider: its name, its keys, its shape.
+/// A body, collider or condition: its name, its keys, its shape.
 template <class Spec>
 void complete_part(Value& table, const Spec& spec, std::span<const ParamSpec> keys, const std::string& folder) {
     entry(table, "name").data = spec.name;
     complete(table, keys);
+    if (!table.find("shape")) return;  // a condition without one is for all particles
     Value& shape = entry(table, "shape");
     complete(shape, shape_keys(shape));
     if (Value* file = shape.find("file"); file && std::get<std::string>(shape.find("type")->data) == "mesh")
@@ -132,6 +133,9 @@ Value resolved_scene(const Scene& scene) {
     }
     for (std::size_t c = 0; c < scene.colliders.size(); ++c)
         complete_part(std::get<Value::List>(entry(tree, "collider").data)[c], scene.colliders[c], keys::kCollider,
+                      scene.folder);
+    for (std::size_t c = 0; c < scene.conditions.size(); ++c)
+        complete_part(std::get<Value::List>(entry(tree, "condition").data)[c], scene.conditions[c], keys::kCondition,
                       scene.folder);
     return tree;
 }

@@ -7,6 +7,7 @@
 
 #include "perimpm/error.hpp"
 #include "scene/bodies.hpp"
+#include "scene/conditions.hpp"
 #include "scene/keys.hpp"
 #include "scene/models.hpp"
 #include "scene/vectors.hpp"
@@ -55,6 +56,7 @@ SimulationSpec read_simulation(const Value& table) {
         .allow_unstable_dt = r.flag("allow_unstable_dt"),
         .precision = r.text("precision") == "float" ? Precision::single_ : Precision::double_,
         .gravity = vec3(r, "gravity", {0.0, -9.81, 0.0}),
+        .damping = r.number("damping"),
         .dt_place = dt ? dt->place : table.place,
     };
 }
@@ -194,6 +196,7 @@ Scene read_scene(Value tree, const std::string& folder) {
     scene.materials = read_materials(section(r, "material"));
     scene.bodies = read_bodies(r, scene);
     scene.colliders = read_colliders(r, folder);
+    scene.conditions = read_conditions(r, scene);
     scene.source = std::move(tree);
     return scene;
 }

@@ -157,8 +157,7 @@ void BlockGrid<Real>::for_each_run(const ParticleBlock& block, Copy copy) const 
 }
 
 template <class Real>
-void BlockGrid<Real>::add_tile(const ParticleBlock& block, const Real* tile, bool second) {
-    Real* values = second ? increments_.data() : values_.data();
+void BlockGrid<Real>::add_tile_to(const ParticleBlock& block, const Real* tile, Real* values) const {
     for_each_run(block, [&](std::size_t from, std::size_t to, auto count) {
         Real sum[count];
         for (int n = 0; n < count; ++n) sum[n] = values[to + n] + tile[from + n];

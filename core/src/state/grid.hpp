@@ -48,7 +48,11 @@ public:
     std::size_t bytes() const { return values_.bytes() + increments_.bytes() + images_.capacity() * sizeof(NodeImage); }
 
     /// Adds a tile to the blocks it overlaps; `second`: the increments.
-    void add_tile(const ParticleBlock& block, const Real* tile, bool second);
+    void add_tile(const ParticleBlock& block, const Real* tile, bool second) {
+        add_tile_to(block, tile, second ? increments_.data() : values_.data());
+    }
+    /// The same to values that are kept elsewhere, kBlockValues by grid block.
+    void add_tile_to(const ParticleBlock& block, const Real* tile, Real* values) const;
     void load_tile(const ParticleBlock& block, Real* tile, bool second) const;
 
 private:

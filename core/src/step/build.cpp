@@ -260,6 +260,7 @@ void build_world(World<Real>& w) {
         w.images = find_images(w.scene.grid), sort_particles(w);
     else
         refuse_closed_faces(w.scene);
+    for (const ConditionSpec& spec : w.scene.conditions) add_condition(w, spec, {});
 }
 
 template void build_world(World<float>&);

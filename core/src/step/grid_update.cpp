@@ -46,6 +46,7 @@ void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
                              static_cast<Real>(w.dt * w.scene.simulation.gravity[2])};
     Real* node = w.grid.nodes(g);
     Real* increment = w.transfer_needs.increment ? w.grid.increments(g) : nullptr;
+    const auto decay = static_cast<Real>(std::exp(-w.scene.simulation.damping * w.dt));
     const bool obstacles = near.faces || !near.colliders.empty();
     for (int n = 0; n < kNodesPerBlock; ++n, node += 4) {
         const Real mass = node[3];
@@ -57,7 +58,7 @@ void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
                 increment[4 * n + c] = node[c];  // the velocity before forces
                 node[c] += impulse;
             }
-            node[c] += gravity[c];
+            node[c] = decay * (node[c] + gravity[c]);
         }
         if (!obstacles) continue;
         const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),

@@ -34,6 +34,7 @@ double sum_of(const TransferBlock<Real>& t) {
 template <class Real>
 void kick(World<Real>& w) {
     Real gravity[3];
+    const auto decay = static_cast<Real>(std::exp(-w.scene.simulation.damping * w.dt / 2));
     for (int c = 0; c < 3; ++c) gravity[c] = static_cast<Real>(w.scene.simulation.gravity[c]);
     for (Material<Real>& m : w.materials) {
         const double sum = reduce_chunks(
@@ -41,6 +42,8 @@ void kick(World<Real>& w) {
             [&](Block<Real>& b) {
                 TransferBlock<Real> t = particles_of(w, m, b);
                 w.integrator->kick(t, gravity);
+                for (int c = 0; decay < 1 && c < 3; ++c)
+                    for (std::uint32_t i = 0; i < t.size; ++i) t.v[c][i] *= decay;
                 return sum_of(t);
             },
             std::plus<>());
@@ -52,6 +55,16 @@ void kick(World<Real>& w) {
     }
 }
 
+/// Loads of time `force_time` for half a step, velocities of `velocity_time`.
+template <class Real>
+void meet_conditions(World<Real>& w, double force_time, double velocity_time) {
+    if (w.conditions.list.empty()) return;
+    w.timer("conditions", [&] {
+        apply_loads(w, force_time, w.dt / 2);
+        prescribe_velocities(w, velocity_time);
+    });
+}
+
 }  // namespace
 
 /// Without a grid: velocity Verlet with the forces of the step before.
@@ -60,6 +73,7 @@ void integrate_particles(World<Real>& w) {
     for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);
     if (!w.forces_known) compute_bond_forces(w);
     w.timer("kick and drift", [&] { kick(w); });
+    meet_conditions(w, w.time, w.time + w.dt / 2);
     if (!w.colliders.empty()) w.timer("particle collisions", [&] { collide_particles(w); });
     w.timer("kick and drift", [&] {
         for (Material<Real>& m : w.materials)
@@ -71,6 +85,7 @@ void integrate_particles(World<Real>& w) {
     compute_bond_forces(w);
     w.forces_known = true;
     w.timer("kick and drift", [&] { kick(w); });
+    meet_conditions(w, w.time + w.dt, w.time + w.dt);
 }
 
 template void integrate_particles(World<float>&);

@@ -27,6 +27,7 @@ public:
         else
             add_particle_passes();
         if (!criteria_.empty()) pass("fracture", fracture_interval(), {"x", "bonds"}, {"broken bonds"}, criteria_);
+        if (!w_.conditions.list.empty()) pass("conditions", kEachStep, {"x", "v"}, condition_writes());
         add_arrays();
         add_materials();
         add_bounds();
@@ -70,6 +71,12 @@ private:
         Names all = local_laws_;
         all.insert(all.end(), bond_laws_.begin(), bond_laws_.end());
         return all;
+    }
+    Names condition_writes() const {
+        Names names{"v"};
+        if (w_.conditions.holds()) names.push_back("x");
+        if (w_.conditions.holds() && w_.transfer_needs.grid) names.push_back("grid");
+        return names;
     }
     /// What the laws' wave speeds depend on.
     Names measured() const {
@@ -135,6 +142,7 @@ private:
         }
         array("grid", w_.grid.bytes());
         array("sort", w_.sort.bytes());
+        array("conditions", w_.conditions.bytes());
     }
     void add_materials() {
         for (Material<Real>& m : w_.materials) {
@@ -166,6 +174,7 @@ private:
         if (local_laws_.empty()) skip("deformation gradient F and stress (no SVD)", "no law of this scene asks for F");
         if (criteria_.empty()) skip("fracture pass and bond flags", "no material has a fracture criterion");
         if (s.colliders.empty()) skip("collider passes", "the scene has no colliders");
+        if (w_.conditions.list.empty()) skip("conditions", "the scene has none");
         if (!w_.transfer_needs.grid)
             skip("grid, sort, scatter and gather",
                  fmt::format("transfer '{}' moves particles directly", s.transfer.type));

@@ -11,6 +11,8 @@ class Simulation::Engine {
 public:
     virtual ~Engine() = default;
     virtual double step(double longest) = 0;
+    virtual void add_condition(const ConditionSpec& spec, ConditionFunction function) = 0;
+    virtual Relaxation relax(double residual, std::uint64_t most_steps) = 0;
     virtual const Scene& scene() const = 0;
     virtual Ledger ledger() = 0;
     virtual std::vector<FieldView> fields(const std::string& material) = 0;
@@ -30,11 +32,25 @@ class Simulation::EngineOf final : public Simulation::Engine {
 public:
     EngineOf(Scene scene, int threads) : w_{std::move(scene), threads} {
         build_world(w_);
+        renew_plan();
+        make_frame(w_, 1, w_.scene.output.fields);  // refuses output fields that this scene does not have
+    }
+
+    void renew_plan() {
         plan = make_plan(w_);
         plan.warnings = starting_overlaps(w_);
         if (w_.transfer_needs.grid)
             for (std::string& text : inexact_faces(w_.scene.grid, w_.images)) plan.warnings.push_back(std::move(text));
-        make_frame(w_, 1, w_.scene.output.fields);  // refuses output fields that this scene does not have
+    }
+
+    void add_condition(const ConditionSpec& spec, ConditionFunction function) override {
+        if (w_.steps > 0)
+            throw InputError("conditions choose their particles at the start: add them before the first step");
+        perimpm::add_condition(w_, spec, std::move(function));
+        renew_plan();
+    }
+    Relaxation relax(double residual, std::uint64_t most_steps) override {
+        return perimpm::relax(w_, residual, most_steps, [this] { step(1e300); });
     }
 
     /// One step of the method; the numbers are those of the paper's list (section 3).
@@ -69,15 +85,24 @@ private:
     void grid_step() {
         if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
             w_.timer("sort", [&] { sort_particles(w_); });
-        compute_bond_forces(w_);       // 7 of the last step
+        compute_bond_forces(w_);  // 7 of the last step
+        const bool conditions = !w_.conditions.list.empty(), held = w_.conditions.holds();
+        if (conditions)
+            w_.timer("conditions", [&] {
+                apply_loads(w_, w_.time, w_.dt);
+                prescribe_velocities(w_, w_.time + w_.dt / 2);
+                if (held) scatter_held(w_);
+            });
         scatter(w_);                   // 1, 2
         w_.timer("grid update", [&] {  // 3, 4
             if (w_.images.any()) fold_images(w_);
             update_grid(w_);
+            if (held) hold_nodes(w_);
             if (w_.images.any()) unfold_images(w_);
         });
         w_.timer("gather", [&] { gather(w_); });                                                     // 5
         if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
+        if (held) w_.timer("conditions", [&] { move_held_particles(w_); });
     }
 
     World<Real> w_;
@@ -94,6 +119,10 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 
 double Simulation::step(double longest) { return engine_->step(longest); }
+void Simulation::add_condition(const ConditionSpec& spec, ConditionFunction function) {
+    engine_->add_condition(spec, std::move(function));
+}
+Relaxation Simulation::relax(double residual, std::uint64_t most_steps) { return engine_->relax(residual, most_steps); }
 double Simulation::time() const { return engine_->time(); }
 std::uint64_t Simulation::steps() const { return engine_->steps(); }
 std::uint64_t Simulation::particle_count() const { return engine_->plan.particles; }

@@ -224,6 +224,7 @@ void sort_particles(World<Real>& w) {
         }
     }
     if (moved) ++w.generation;
+    ++w.sorts;
     w.drift = 0;
 }
 

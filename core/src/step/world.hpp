@@ -17,6 +17,8 @@
 #include "state/grid.hpp"
 #include "state/threads.hpp"
 #include "step/collider.hpp"
+#include "step/conditions.hpp"
+#include "step/faces.hpp"
 
 namespace perimpm {
 
@@ -131,6 +133,7 @@ struct World {
     std::vector<Material<Real>> materials;           ///< those with particles, in scene order
     std::vector<std::uint32_t> body_begin;           ///< by body: its first particle id, then the total
     std::vector<Collider> colliders;
+    Conditions<Real> conditions;
 
     std::size_t count = 0;
     FieldArray<Real> x, v, C;
@@ -152,6 +155,8 @@ struct World {
     double farthest = 0;        ///< bound of |x| along any axis, since the sort [m]
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
+    std::uint64_t sorts = 0;
+    bool relaxing = false;  ///< on the way to equilibrium: prescribed particles stand still
     SortBuffers<Real> sort;
     PassTimer timer;
 
@@ -215,15 +220,6 @@ double reduce_chunks(World<Real>& w, Material<Real>& m, double start, const Valu
 // The stages, in the order of a step (METHOD section 2).
 template <class Real>
 void build_world(World<Real>& w);
-/// Which faces of the domain act by images.
-DomainImages find_images(const GridSpec& grid);
-/// Whether nodes on and behind face `f` are set one by one instead.
-inline bool sets_nodes(const GridSpec& grid, const DomainImages& images, int f) {
-    const AxisImages& axis = images.axis[f / 2];
-    return grid.faces[f] != Face::open && axis.period == 0 && !(f % 2 ? axis.high : axis.low).mirrors;
-}
-/// One message for every slip or sticky face that is no mirror because of where it lies.
-std::vector<std::string> inexact_faces(const GridSpec& grid, const DomainImages& images);
 /// Brings particles that left through a periodic face back in at the other one.
 template <class Real>
 void wrap_particles(World<Real>& w);
@@ -251,6 +247,8 @@ template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
+template <class Real>
+Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, const std::function<void()>& step);
 /// Forces of one chunk's block, from packed positions; notes its largest stretch where a criterion may ask for it.
 template <class Real>
 void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);

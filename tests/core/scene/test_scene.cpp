@@ -139,6 +139,21 @@ TEST_CASE("scene: more frames than frame numbers are refused", "[scene]") {
     CHECK(read({"simulation.end_time=1", "simulation.frame_rate=1e9"}).simulation.frame_rate == 1e9);
 }
 
+TEST_CASE("scene: mirrors lie on half cells, periodic faces whole cells apart", "[scene]") {
+    const auto faces = [](const std::string& min, const std::string& max, const std::string& words) {
+        return refusal({"grid.spacing=0.1", "grid.domain={ min = [" + min + ", -1, -1], max = [" + max +
+                                                ", 1, 1], faces = { " + words + " } }"});
+    };
+    CHECK(contains(faces("-0.98", "1", R"(min_x = "symmetry")"), "puts the symmetry face min_x at x = -0.98 m"));
+    CHECK(contains(faces("-0.98", "1", R"(min_x = "symmetry")"), "nearest: -1 m"));
+    CHECK(contains(faces("-1", "1.04", R"(max_x = "symmetry")"), "nearest: 1.05 m"));
+    CHECK(contains(faces("-1", "1", R"(max_x = "periodic")"), "makes max_x periodic but not the face opposite"));
+    const std::string both = R"(min_x = "periodic", max_x = "periodic")";
+    CHECK(contains(faces("-1", "1.03", both), "20.3 cells long along x"));
+    CHECK(contains(faces("-1", "1.03", both), "nearest: max x = 1 m"));
+    CHECK(contains(faces("-1", "-0.96", both), "at least half a cell (0.05 m)"));
+}
+
 TEST_CASE("scene: one word names all six faces", "[scene]") {
     const Scene scene = read({"grid.domain={ min = [0, 0, 0], max = [1, 1, 1], faces = \"sticky\" }"});
     for (const Face face : scene.grid.faces) CHECK(face == Face::sticky);

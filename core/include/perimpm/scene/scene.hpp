@@ -31,7 +31,8 @@ struct SimulationSpec {
     double safety;             ///< share of the stable step that "auto" takes
     bool allow_unstable_dt;
     Precision precision;
-    Vec3 gravity;  ///< [m/s^2]
+    Vec3 gravity;    ///< [m/s^2]
+    double damping;  ///< mass-proportional [1/s]
     Place dt_place;
 };
 
@@ -82,6 +83,22 @@ struct ColliderSpec {
     Value source;
 };
 
+/// What a condition sets: velocities; or accelerations, forces per volume, a total force.
+enum class Drive { velocity, acceleration, body_force, force };
+
+/// Something that happens to the particles of a region, chosen at t = 0.
+struct ConditionSpec {
+    std::string name;
+    std::optional<Value> shape;             ///< absent: everywhere
+    std::optional<std::uint32_t> body;      ///< index; absent: any
+    std::optional<std::uint32_t> material;  ///< index; absent: any
+    Drive drive = Drive::velocity;
+    Vec3 value = Vec3::Zero();                     ///< [m/s], [m/s^2], [N/m^3] or [N]
+    bool free[3] = {};                             ///< velocity: components left to the motion
+    std::vector<double> times = {}, factors = {};  ///< [s], [1]: of `value`, linear between; empty: 1 at all times
+    Value source;
+};
+
 struct OutputSpec {
     std::vector<std::string> fields;
     std::vector<std::string> formats;
@@ -97,12 +114,18 @@ struct Scene {
     std::vector<MaterialSpec> materials;
     std::vector<BodySpec> bodies;
     std::vector<ColliderSpec> colliders;
+    std::vector<ConditionSpec> conditions;
     OutputSpec output;
     Value source;
 };
 
 /// Validates a tree. `folder`: where relative file names start. Throws InputError.
 PERIMPM_API Scene read_scene(Value tree, const std::string& folder);
+
+/// Reads one [[condition]], the scene's `index`-th. With `function` its values come from elsewhere and what they are is
+/// given here instead of in the table.
+PERIMPM_API ConditionSpec read_condition(const Value& table, std::size_t index, const Scene& scene,
+                                         std::optional<Drive> function = {});
 
 /// The scene's tree with the default of every key filled in and mesh files by absolute name: it reads back to the same
 /// scene from any folder. Defaults that a model refuses beside the keys given (they belong to another choice) stay out.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,6 +34,16 @@ struct PassTime {
     double seconds;
 };
 
+/// Values of a condition for n particles at time t [s], three each, row by row; X: where the particles were when the
+/// condition was made [m]. NaN leaves a component of a velocity free.
+using ConditionFunction = std::function<void(double t, std::size_t n, const double* X, double* values)>;
+
+/// How a search for equilibrium ended.
+struct Relaxation {
+    std::uint64_t steps;
+    double residual;  ///< root mean square of unbalanced accelerations over their largest so far, or gravity
+};
+
 /// A scene in motion. Not thread-safe; uses its own worker threads.
 class PERIMPM_API Simulation {
 public:
@@ -43,6 +54,13 @@ public:
 
     /// Advances one step of at most `longest` [s]. Returns the step taken [s]. Throws SimulationError.
     double step(double longest = 1e300);
+
+    /// Adds a condition before the first step: as in a scene's [[condition]], or with values from `function`, which is
+    /// called once per step (twice without a grid) on the stepping thread. Throws InputError, also after a step.
+    void add_condition(const ConditionSpec& spec, ConditionFunction function = {});
+    /// Steps at the present time, stopping all motion at each maximum of its energy, until the forces balance to
+    /// `residual`. Prescribed particles stand still. Throws SimulationError when `most_steps` do not suffice.
+    Relaxation relax(double residual, std::uint64_t most_steps);
 
     double time() const;
     std::uint64_t steps() const;
