@@ -47,7 +47,7 @@ def local_error(table: Table, jitter: float, seconds: float) -> float | None:
 
 
 def rows(table: Table) -> list[tuple[object, ...]]:
-    out = []
+    out: list[tuple[object, ...]] = []
     for (law, cells, jitter), r in table.items():
         equal = local_error(table, jitter, r["seconds"])
         growth = r["error"] / table[law, cells, 0.0]["error"]
