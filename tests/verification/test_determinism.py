@@ -15,6 +15,7 @@ import perimpm
 H, DX = 0.025, 0.05  # m
 SOFT: Tree = {"youngs_modulus": 2e4}
 FLOOR: Tree = {"shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}, "friction": 0.3}
+VON_MISES: Tree = {"type": "von_mises", "poisson_ratio": 0.3, "yield_stress": 300.0, "hardening": 1e3}
 BALL: Tree = {"shape": {"type": "sphere", "center": [0.2, 0.1, 0.2], "radius": 0.1}, "velocity": [0.0, 0.0, 0.5]}
 
 
@@ -52,6 +53,7 @@ SCENES = {
     "fixed_corotated double flip": lambda: thrown(
         block_of(LOCAL, "double", {"type": "flip", "order": 3}), COMMON, collider=[FLOOR]
     ),
+    "von_mises": lambda: thrown(block_of(VON_MISES), [*COMMON, "F", "plastic_strain"], collider=[FLOOR]),
     "pd_elastic": lambda: thrown(block_of(PD_ELASTIC), [*COMMON, "force"], collider=[FLOOR]),
     "pd_bond": lambda: thrown(block_of(PD_BOND), [*COMMON, "force"], collider=[FLOOR]),
     "pd_bond without grid": lambda: thrown(block_of(PD_BOND, transfer={"type": "particle"}), COMMON, collider=[FLOOR]),
@@ -81,6 +83,8 @@ def test_threads_do_not_change_a_bit(name: str, tmp_path: Path) -> None:
         assert one[key].tobytes() == two[key].tobytes(), key
     last = {key.rpartition("/")[2]: value for key, value in one.items() if key.startswith("frame.0006")}
     assert np.isfinite(last["x"]).all()
+    if name == "von_mises":
+        assert 0.01 < last["plastic_strain"].max()
     if "fracture" in name:
         assert 0 < last["broken_bonds"].sum() < last["broken_bonds"].size * 122
 

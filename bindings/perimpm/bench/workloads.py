@@ -25,6 +25,8 @@ def mpm_block(side: int, law: str, transfer: str, order: int, precision: str) ->
         constitutive["horizon"] = 2.01  # spacings
     else:
         constitutive["poisson_ratio"] = 0.3
+    if law == "von_mises":
+        constitutive["yield_stress"] = 1.0e3  # flows where the block lands
     scene = {
         "format": 1,
         "title": f"falling block, {side} cells an edge",

@@ -75,6 +75,19 @@ def grouped_bars(name: str, groups: Mapping[str, Sequence[tuple[str, float]]], l
     _save(figure, name)
 
 
+def curves(name: str, panels: Mapping[str, Mapping[str, tuple[Sequence[float], Sequence[float]]]], labels: Sequence[str],
+           scales: Sequence[str]) -> None:  # fmt: skip
+    """One panel for each title with a line for each (x, y); labels and scales ("log", "linear") are those of the x axes."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(4.2 * len(panels), 3.8), squeeze=False)
+    for panel, (title, lines), label, scale in zip(axes[0], panels.items(), labels, scales):
+        for line, (x, y) in lines.items():
+            panel.plot(x, y, "o-", label=line)
+        panel.set(xlabel=label, title=title, xscale=scale, yscale=scale)
+        panel.grid(alpha=0.3)
+    axes[0][0].legend(fontsize=7)
+    _save(figure, name)
+
+
 def _save(figure: Figure, name: str) -> None:
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     figure.text(0.01, 0.01, command(), fontsize=6, family="monospace")
