@@ -10,9 +10,14 @@
     s = sum_q w x^2 V_q / m over the live bonds. s = 1 in print. With s, forces remain the gradient of (3) where bonds
     broke or where m is that of the full lattice (`surface = "none"`). Bonds that break do not change m (as in Peridigm):
     a family that loses bonds softens.
-    `surface = "moment"` makes sum w x^2 V n n n n of each family isotropic, so that (3) has K and mu for any affine strain. */
+    `surface = "moment"` makes sum w x^2 V n n n n of each family isotropic, so that (3) has K and mu for any affine strain.
+    With `yield_stress` bonds yield in shear (Mitchell 2011, SAND2011-3166): t loses 15 mu S e_p x, and (3) has
+    e - theta x/3 - e_p x. The rules are in perimpm/peridynamics/bond_flow.hpp; his psi_0 = 25 sigma_y^2/(8 pi delta^5), for full
+    continuum families of constant w, can be given as `yield_psi`. */
 #include "perimpm/math/elasticity.hpp"
+#include "perimpm/peridynamics/bond_flow.hpp"
 #include "perimpm/peridynamics/influence.hpp"
+#include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -31,6 +36,14 @@ constexpr ParamSpec kParams[] = {
     influence_param(),
     surface_param("family"),
     volume_correction_param(),
+    yield_stress_param(),
+    {.key = "yield_psi",
+     .unit = "N^2/m^9",
+     .range = at_least(0),
+     .optional = true,
+     .doc = "half the squared norm of the deviatoric force state at which it yields, instead of yield_stress"},
+    yield_rule_param("family"),
+    hardening_param(),
 };
 enum ParticleState { kNormalisation, kDilatation, kPressure };
 constexpr FieldSpec kParticleState[] = {
@@ -59,19 +72,27 @@ public:
           horizon_{horizon_of(p)},
           influence_{p, horizon_},
           reach_{influence_.reach()},
-          weights_{make_weights(p)} {}
+          weights_{make_weights(p)},
+          flow_{p, 15 * shear_, 3 * shear_, 1.0, "yield_psi"},
+          particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
+          bond_fields_(std::begin(kBondState), std::end(kBondState)) {
+        if (flow_.active()) flow_fields_ = flow_.declare(kOwn, particle_fields_, bond_fields_, kDilatation);
+    }
     LawNeeds needs() const noexcept override {
         return {.bonds = true,
                 .prepare = true,
                 .reports_stretch = true,
                 .horizon = reach_,
                 .rounds = 2,
-                .particle_state = kParticleState,
-                .bond_state = kBondState,
+                .particle_state = kept(particle_fields_),
+                .bond_state = kept(bond_fields_),
                 .moduli = {youngs_modulus_, poisson_ratio_}};
     }
 
-    void initialise(Block<Real>& b, std::uint32_t round) const override { weights_.initialise(b, round, kWeights); }
+    void initialise(Block<Real>& b, std::uint32_t round) const override {
+        weights_.initialise(b, round, kWeights);
+        if (flow_.active() && round == 1) flow_.initialise(b, flow_fields_);
+    }
 
     void prepare(Block<Real>& b) const override {
         for (std::uint32_t i = 0; i < b.size; ++i) {
@@ -88,6 +109,7 @@ public:
             const Real theta = 3 * reduce(expansion) / b.volume[i];  // (2)
             const Real s = reduce(whole) / b.volume[i];
             b.particle_state[kDilatation][0][i] = theta;
+            if (flow_.active()) flow_.yield(b, i, theta, flow_fields_);
             Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
             record[0] = theta * static_cast<Real>(bulk_ / (5 * shear_) - 2.0 / 3) + theta * s / 3;
             for (int c = 0; c < 3; ++c) record[1 + c] = y[c];
@@ -95,27 +117,7 @@ public:
     }
 
     void evaluate(Block<Real>& b, Real) const override {
-        const P fifteen_mu(static_cast<Real>(15 * shear_));
-        P extension(0);
-        for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
-            P f[3] = {P(0), P(0), P(0)};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-                P other[4], Y[3];
-                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
-                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
-                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
-                        own = bonds.load(b.bond_state[kOwn]);
-                const P y = norm(Y), inverse = inverse_length(y);
-                const P e = y - x;
-                const P t = both * e + x * (own * record[0] + (both - own) * other[0]);  // (4), both directions
-                const P pull = live * fifteen_mu * t * inverse;
-                extension = larger(extension, live * e * inverse);
-                for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
-            });
-            for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
-        }
-        b.largest_stretch = stretch_of(hmax(extension));
+        flow_.active() ? evaluate_as<true>(b) : evaluate_as<false>(b);
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
@@ -135,7 +137,8 @@ public:
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P x = bonds.load(b.family.length);
-                const P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / 3)) * x;
+                P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / 3)) * x;
+                if (flow_.active()) deviatoric -= x * bonds.load(b.bond_state[flow_fields_.strain]);
                 shape += static_cast<double>(reduce(live * bonds.load(b.bond_state[kOwn]) * deviatoric * deviatoric));
             });
             total += 0.5 * bulk_ * static_cast<double>(b.volume[i]) * theta * theta + 7.5 * shear_ * shape;  // (3)
@@ -144,6 +147,34 @@ public:
     }
 
 private:
+    template <bool Yields>
+    void evaluate_as(Block<Real>& b) const {
+        const P fifteen_mu(static_cast<Real>(15 * shear_));
+        P extension(0);
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
+            P f[3] = {P(0), P(0), P(0)};
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P other[4], Y[3];
+                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
+                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
+                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
+                        own = bonds.load(b.bond_state[kOwn]);
+                const P y = norm(Y), inverse = inverse_length(y);
+                const P e = y - x;
+                P t = both * e + x * (own * record[0] + (both - own) * other[0]);  // (4), both directions
+                if constexpr (Yields)
+                    t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
+                              (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
+                const P pull = live * fifteen_mu * t * inverse;
+                extension = larger(extension, live * e * inverse);
+                for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
+            });
+            for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
+        }
+        b.largest_stretch = stretch_of(hmax(extension));
+    }
+
     FamilyWeights<Real> make_weights(const Params& p) {
         const double h = p.context().particle_spacing, horizon = horizon_;
         const bool partial = p.is("volume_correction", "linear");
@@ -159,6 +190,9 @@ private:
     Influence influence_;
     double reach_;
     FamilyWeights<Real> weights_;
+    BondFlow flow_;
+    std::vector<FieldSpec> particle_fields_, bond_fields_;
+    BondFlow::Fields flow_fields_;
 };
 }  // namespace
 

@@ -1,4 +1,8 @@
 // REFERENCES.md B1 (Peridigm's gold), B2 (moduli, table of lattice errors), B3, B9, A7; METHOD.md section 3.
+#include <fmt/format.h>
+
+#include <numbers>
+
 #include "support/catch.hpp"
 #include "support/lattice_stiffness.hpp"
 #include "support/message.hpp"
@@ -263,6 +267,47 @@ TEMPLATE_TEST_CASE("pd_lps: few bonds or none leave no NaN", "[constitutive]", f
         pair.place(1, Vec3::Zero());
         pair.evaluate();
         CHECK(pair.largest_force() == 0);
+    }
+}
+
+TEST_CASE("pd_lps: yielding families, Peridigm's gold of the 8-point cube", "[constitutive]") {
+    // C2: psi_0 = 25 sigma_y^2/(8 pi delta^5); lower layer at -200, upper at +200
+    const double K = 67549, mu = 25902.2, psi = 25 * 351.79 * 351.79 / (8 * std::numbers::pi * std::pow(1.75, 5));
+    const auto text = [](double v) { return fmt::format("{:.17g}\n", v); };
+    const auto law = make<ConstitutiveLaw, double>(
+        "pd_lps",
+        "horizon_length = 1.75\nyoungs_modulus = " + text(9 * K * mu / (3 * K + mu)) +
+            "poisson_ratio = " + text((3 * K - 2 * mu) / (6 * K + 2 * mu)) + "yield_psi = " + text(psi),
+        {.density = 2.7e-3, .particle_spacing = 0.5, .grid_spacing = 0});
+    std::vector<Vec3> y, v;
+    for (int k = 0; k < 8; ++k) {
+        y.emplace_back(0.5 * (k & 1), 0.25 * (k & 2), 0.125 * (k & 4));
+        v.emplace_back(0, 0, k & 4 ? 200 : -200);
+    }
+    Particles<double> points(*law, y, 0.125, 2.7e-3);
+    const double m = 2.7e-3 * 0.125, dt = 1e-6;
+    const auto place = [&] {
+        for (std::size_t p = 0; p < 8; ++p) points.place(p, y[p]);
+        points.evaluate();
+    };
+    struct Row {
+        int step;
+        double u, v, theta;
+    };
+    int step = 0;
+    for (const Row& row : {Row{1000, -0.1082921786, -2.77534638, 1.5091438566e-3},
+                           {5000, -0.2211566561, 60.33714385, -1.2482069690e-2},
+                           {10000, -0.2240217358, 26.42323778, -9.0757304582e-3},
+                           {35000, -0.2253276012, 6.39648583, -7.4812015625e-4}}) {
+        for (; step < row.step; ++step) {
+            for (std::size_t p = 0; p < 8; ++p) y[p] += dt * (v[p] += dt / 2 * points.force(p) / m);
+            place();
+            for (std::size_t p = 0; p < 8; ++p) v[p] += dt / 2 * points.force(p) / m;
+        }
+        CAPTURE(row.step);
+        CHECK_THAT(y[0][2], WithinAbs(row.u, 1e-9));
+        CHECK_THAT(v[0][2], WithinAbs(row.v, 1e-6));
+        CHECK_THAT((points.block().particle_state[1][0][0]), WithinAbs(row.theta, 1e-10));
     }
 }
 

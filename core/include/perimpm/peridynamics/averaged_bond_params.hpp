@@ -1,12 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <list>
-#include <mutex>
-#include <string_view>
-#include <vector>
-
-#include "perimpm/model/field.hpp"
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -73,24 +66,6 @@ inline SpringModuli springs_of(const Params& p) {
     const double mu = paper ? p["mu"] : p["bending_ratio"] * lambda;
     if (mu + lambda <= 0) throw InvalidParameter("lambda", "mu and lambda must not both be 0");
     return {mu, lambda};
-}
-
-/// The same declarations with static lifetime; one copy for all laws of a process that declare the same.
-inline FieldSpecs kept(const std::vector<FieldSpec>& fields) {
-    static std::mutex mutex;
-    static std::list<std::vector<FieldSpec>> lists;
-    const std::scoped_lock lock(mutex);
-    const auto same = [&](const std::vector<FieldSpec>& other) {
-        return std::equal(fields.begin(), fields.end(), other.begin(), other.end(), [](const auto& a, const auto& b) {
-            return std::string_view(a.name) == b.name && std::string_view(a.unit) == b.unit;
-        });
-    };
-    auto found = std::find_if(lists.begin(), lists.end(), same);
-    if (found == lists.end()) found = lists.insert(lists.end(), fields);
-    FieldSpecs specs;
-    specs.data = found->data();
-    specs.size = static_cast<std::uint32_t>(found->size());
-    return specs;
 }
 
 }  // namespace perimpm::peridynamics

@@ -5,6 +5,7 @@
 #include "perimpm/math/pseudo_inverse.hpp"
 #include "perimpm/model/constitutive_law.hpp"
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
+#include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
 /*! The kernel of the laws of Lyu et al. 2019: bond springs and averaged bonds. Equations (4) to (7) are in the header of
@@ -192,7 +193,7 @@ private:
             for (int c = 0; c < 9; ++c) A[c] += Y[c / 3] * X[c % 3];
         });
         Real* F = b.particle_state[kMeanDeformation].data + kRecord * i;
-        times_shape_inverse(b, i, A, F);  // (4)
+        times_shape_inverse(b, i, A, F);              // (4)
         const bool two = form_ == Form::variational;  // records, of which neighbours read the second
         for (int field = kMeanDeformation; field <= (two ? kAveragedStress : kMeanDeformation); ++field) {
             Real* record = b.particle_state[field].data + kRecord * i;
