@@ -4,11 +4,12 @@
       (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
       (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008)
     Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
-    taking the mean of its two constants (`surface = "family"`). */
+    taking the mean of its two constants (`surface = "family"`); `surface = "moment"`: perimpm/peridynamics/weights.hpp. */
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
-#include "perimpm/peridynamics/family.hpp"
+#include "perimpm/peridynamics/influence.hpp"
+#include "perimpm/peridynamics/weights.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
 namespace {
@@ -17,28 +18,23 @@ using namespace perimpm::peridynamics;
 
 constexpr ParamSpec kParams[] = {
     {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus, the stiffness in tension"},
-    {.key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"},
+    horizon_param(),
+    horizon_length_param(),
     {.key = "calibration",
      .kind = ParamKind::choice,
      .default_text = "lattice",
      .choices = "lattice|continuum",
      .doc = "bond stiffness that meets youngs_modulus on the particles' lattice, or for infinitely many particles"},
-    {.key = "surface",
-     .kind = ParamKind::choice,
-     .default_text = "family",
-     .choices = "none|family",
-     .doc = "\"family\" stiffens the bonds of particles near a surface for the neighbours they lack; \"none\" leaves "
-            "them soft"},
-    {.key = "volume_correction",
-     .kind = ParamKind::choice,
-     .default_text = "none",
-     .choices = "none|linear",
-     .doc = "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside"},
+    surface_param("family"),
+    volume_correction_param(),
 };
-enum ParticleState { kMicromodulus };
-constexpr FieldSpec kParticleState[] = {{.name = "micromodulus", .unit = "N/m^6", .doc = "c of the particle's family"}};
-enum BondState { kStiffness };
-constexpr FieldSpec kBondState[] = {{.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"}};
+enum ParticleState { kNormalisation };
+constexpr FieldSpec kParticleState[] = {
+    {.name = "normalisation", .unit = "N/m^6", .doc = "half the micromodulus c of the particle's family"}};
+enum BondState { kStiffness, kOwn };
+constexpr FieldSpec kBondState[] = {
+    {.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"},
+    {.name = "own_stiffness", .unit = "N/m", .doc = "the particle's share of it; surface \"moment\""}};
 constexpr double kPoissonRatio = 0.25;
 
 template <class Real>
@@ -50,31 +46,38 @@ public:
         : youngs_modulus_{p["youngs_modulus"]},
           density_{p.context().density},
           spacing_{p.context().particle_spacing},
-          horizon_{p["horizon"] * spacing_},
-          own_family_{p.is("surface", "family")},
-          partial_{p.is("volume_correction", "linear")} {
-        const double eighteen_K = 18 * bulk_modulus(youngs_modulus_, kPoissonRatio);
-        const bool continuum = p.is("calibration", "continuum");
-        if (continuum && p.given("surface") && own_family_)
-            throw InvalidParameter(
-                "surface", "\"family\" contradicts calibration = \"continuum\", which uses one constant for all");
-        own_family_ = own_family_ && !continuum;
-        full_c_ =
-            eighteen_K / (continuum ? std::numbers::pi * std::pow(horizon_, 4)                                  // (2)
-                                    : lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); }));  // (3)
+          horizon_{horizon_of(p)},
+          surface_{surface_of(p)},
+          partial_{p.is("volume_correction", "linear")},
+          lattice_{lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); })},
+          full_{lattice_} {
+        if (p.is("calibration", "continuum")) {
+            if (p.given("surface") && surface_ != Surface::none)
+                throw InvalidParameter("surface",
+                                       "contradicts calibration = \"continuum\", which uses one constant for all");
+            surface_ = Surface::none;
+            full_ = std::numbers::pi * std::pow(horizon_, 4);  // (2)
+        }
     }
     LawNeeds needs() const noexcept override {
-        return {.bonds = true,
-                .reports_stretch = true,
-                .horizon = horizon_,
-                .rounds = 2,
-                .particle_state = kParticleState,
-                .bond_state = kBondState,
-                .moduli = {average_modulus(), kPoissonRatio}};
+        LawNeeds n{.bonds = true,
+                   .reports_stretch = true,
+                   .horizon = horizon_,
+                   .rounds = 2,
+                   .particle_state = kParticleState,
+                   .bond_state = kBondState,
+                   .moduli = {youngs_modulus_ * lattice_ / full_, kPoissonRatio}};
+        if (surface_ != Surface::moment) n.bond_state.size = kOwn;
+        return n;
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
-        for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? set_micromodulus(b, i) : set_stiffness(b, i);
+        const auto weight = [this](double X) { return X * beta(X); };
+        const FamilyWeights<Real> weights(surface_, 9 * bulk_modulus(youngs_modulus_, kPoissonRatio), full_,
+                                          weight);  // (3)
+        weights.initialise(
+            b, round,
+            {.normalisation = kNormalisation, .stiffness = kStiffness, .own = surface_ == Surface::moment ? kOwn : -1});
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -118,38 +121,12 @@ public:
     }
 
 private:
-    /// Young's modulus of the isotropic average over a full family [Pa].
-    double average_modulus() const {
-        const double weight = lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); });
-        return youngs_modulus_ * full_c_ * weight / (18 * bulk_modulus(youngs_modulus_, kPoissonRatio));
-    }
-    double beta(double X) const {
-        return partial_ ? std::clamp((horizon_ - X) / spacing_ + 0.5, 0.0, 1.0) : 1.0;
-    }  // (4)
-
-    void set_micromodulus(Block<Real>& b, std::uint32_t i) const {
-        double sum = 0;
-        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
-            const double X = static_cast<double>(b.family.length[slot]);
-            sum += X * beta(X) * static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
-        }
-        const double own = sum > 0 ? 18 * bulk_modulus(youngs_modulus_, kPoissonRatio) / sum : 0;
-        b.particle_state[kMicromodulus][0][i] = static_cast<Real>(own_family_ ? own : full_c_);
-    }
-    void set_stiffness(Block<Real>& b, std::uint32_t i) const {
-        const Real* c = b.family_state[kMicromodulus][0];
-        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
-            const std::uint32_t j = b.family.neighbour[slot];
-            const double X = static_cast<double>(b.family.length[slot]);
-            const double mean_c = 0.5 * (static_cast<double>(c[b.first + i]) + static_cast<double>(c[j]));
-            b.bond_state[kStiffness][slot] = static_cast<Real>(mean_c * beta(X) * static_cast<double>(b.volume[i]) *
-                                                               static_cast<double>(b.family.volume[j]) / X);
-        }
-    }
+    double beta(double X) const { return partial_ ? share_inside(X, horizon_, spacing_) : 1.0; }  // (4)
 
     double youngs_modulus_, density_, spacing_, horizon_;
-    bool own_family_, partial_;
-    double full_c_;
+    Surface surface_;
+    bool partial_;
+    double lattice_, full_;  ///< sum |X| beta V over the full lattice, and what stands for it in (3) [m^4]
 };
 }  // namespace
 

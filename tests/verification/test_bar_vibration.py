@@ -135,3 +135,17 @@ def test_table_of_families() -> None:
     # the free bar of linear weights is as much too fast as its lattice is stiff along its axes, and more by its surface
     assert table[False]["2.01 linear 0"].period < 1.2199**-0.5
     assert table[False]["3.015 linear 0"].period < 1.0926**-0.5
+
+
+def test_moment_exact_weights_reach_the_local_law() -> None:
+    """Must show 3 on the lattice: period and loss per half period of bond laws beside those of fixed-corotated."""
+    common = {"youngs_modulus": YOUNG, "horizon": 2.01, "surface": "moment"}
+    laws = {name: {"type": name, **common} for name in ("pd_elastic", "pd_lps", "pd_bond")}
+    seen = vibrate({"local": FIXED_COROTATED, **laws})
+    print("\nclamped, horizon 2.01, moment-exact weights")
+    for name, one in seen.items():
+        report(name, one)
+    local = seen["local"]
+    for name in laws:
+        assert abs(seen[name].period - 1) <= max(1.25 * abs(local.period - 1), 0.01)
+        assert 1 - seen[name].peaks[3] <= 1.5 * (1 - local.peaks[3])

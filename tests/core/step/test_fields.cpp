@@ -39,7 +39,7 @@ TEST_CASE("fields: those of all particles, and those of one material", "[step]")
     const auto two = box_world(kTwo);
     CHECK(names(list_fields(*two, "")) == common);
     CHECK(names(list_fields(*two, "rubber")) == with({"F"}));
-    CHECK(names(list_fields(*two, "glass")) == with({"force", "micromodulus"}));
+    CHECK(names(list_fields(*two, "glass")) == with({"force", "normalisation"}));
     CHECK(contains(message_of([&] { list_fields(*two, "ruber"); }), "did you mean 'rubber'?"));
 }
 

@@ -1,0 +1,126 @@
+#pragma once
+
+#include <functional>
+
+#include "perimpm/math/fourth_moment.hpp"
+#include "perimpm/model/params.hpp"
+#include "perimpm/peridynamics/family.hpp"
+
+/*! Weights of bonds and what surfaces do to them. A law gives the weight w(|X|) of a bond and the sum that a family's
+    weights must have; for springs, sum_q w_pq V_q n n n n, n = X/|X|, is the stiffness.
+      none    w_pq = w * total / (sum over the full lattice): particles at surfaces stay soft
+      family  w_pq = w * total / sum_q w V_q: each family has the whole sum
+      moment  the least change of these, in relative terms, that makes sum_q w_pq V_q n n n n isotropic in the span of the
+              family (after Trask et al. 2019, doi:10.1016/j.cma.2018.08.016; 15 equations per particle) */
+namespace perimpm::peridynamics {
+
+enum class Surface { none, family, moment };
+
+constexpr ParamSpec surface_param(const char* standard) {
+    return {.key = "surface",
+            .kind = ParamKind::choice,
+            .default_text = standard,
+            .choices = "none|family|moment",
+            .doc =
+                "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
+                "family, or by a factor per bond that makes the family's stiffness isotropic"};
+}
+inline Surface surface_of(const Params& p) {
+    return p.is("surface", "none") ? Surface::none : p.is("surface", "family") ? Surface::family : Surface::moment;
+}
+
+/// Slot of the bond from its other end, for the bond in `slot` of the block's particle i.
+template <class Real>
+std::uint32_t opposite_slot(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) {
+    const Families<Real>& f = b.family;
+    const std::uint32_t* row = f.row - b.first;  // of the whole material
+    const std::uint32_t other = f.neighbour[slot];
+    const std::uint32_t* end = f.neighbour + row[other + 1];
+    return static_cast<std::uint32_t>(std::lower_bound(f.neighbour + row[other], end, b.first + i) - f.neighbour);
+}
+
+/// Where a law keeps what its weights become: fields among its particle and bond state.
+struct WeightFields {
+    std::uint32_t normalisation;  ///< of particles: factor of w
+    std::uint32_t stiffness;      ///< of bonds: (w_pq + w_qp) V_p V_q / |X|^2
+    int own = -1;                 ///< of bonds: w_pq V_p V_q / |X|^2; -1: not kept, which `moment` excludes
+};
+
+template <class Real>
+class FamilyWeights {
+public:
+    using Weight = std::function<double(double)>;
+
+    FamilyWeights(Surface surface, double total, double full_sum, Weight weight)
+        : surface_{surface}, total_{total}, full_sum_{full_sum}, weight_{std::move(weight)} {}
+
+    /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them.
+    void initialise(Block<Real>& b, std::uint32_t round, const WeightFields& fields) const {
+        for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? normalise(b, i, fields) : add_both_ends(b, i, fields);
+    }
+
+private:
+    static double volume(const Block<Real>& b, std::uint32_t slot) {
+        return static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
+    }
+    static double length(const Block<Real>& b, std::uint32_t slot) {
+        return static_cast<double>(b.family.length[slot]);
+    }
+    /// V_p V_q / |X|^2 times the weight before normalisation.
+    double raw_stiffness(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) const {
+        const double X = length(b, slot);
+        return weight_(X) * static_cast<double>(b.volume[i]) * volume(b, slot) / (X * X);
+    }
+
+    void normalise(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
+        const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
+        double sum = surface_ == Surface::none ? full_sum_ : 0;
+        for (std::uint32_t slot = begin; slot < end && surface_ != Surface::none; ++slot)
+            sum += weight_(length(b, slot)) * volume(b, slot);
+        const double factor = sum > 0 ? total_ / sum : 0;
+        Real& kept = b.particle_state[fields.normalisation][0][i];
+        const bool known = kept != 0 && b.family.damage && b.family.damage[i] > 0;  // bonds broke, weights stay
+        kept = static_cast<Real>(factor);
+        if (fields.own < 0 || known) return;
+        Real* own = b.bond_state[fields.own];
+        for (std::uint32_t slot = begin; slot < end; ++slot)
+            own[slot] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
+        if (surface_ == Surface::moment && sum > 0) make_isotropic(b, i, factor, own);
+    }
+
+    void make_isotropic(const Block<Real>& b, std::uint32_t i, double factor, Real* own) const {
+        const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
+        Eigen::Matrix3Xd n(3, end - begin);
+        Eigen::VectorXd a(end - begin);
+        const Real* at = b.family.reference + 4 * std::size_t{b.first + i};
+        for (std::uint32_t slot = begin; slot < end; ++slot) {
+            const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
+            const Eigen::Vector3d X(other[0] - at[0], other[1] - at[1], other[2] - at[2]);
+            n.col(slot - begin) = X / X.norm();
+            a[slot - begin] = factor * weight_(length(b, slot)) * volume(b, slot);
+        }
+        const Eigen::VectorXd change = isotropic_change(n, a);
+        for (std::uint32_t slot = begin; slot < end; ++slot) own[slot] *= static_cast<Real>(1 + change[slot - begin]);
+    }
+
+    void add_both_ends(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
+        const Field<Real>& factor = b.family_state[fields.normalisation];
+        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
+            double both;
+            if (fields.own >= 0) {
+                const Real* own = b.bond_state[fields.own];
+                both = static_cast<double>(own[slot]) + static_cast<double>(own[opposite_slot(b, i, slot)]);
+            } else {
+                both = raw_stiffness(b, i, slot) * (static_cast<double>(factor[0][b.first + i]) +
+                                                    static_cast<double>(factor[0][b.family.neighbour[slot]]));
+            }
+            b.bond_state[fields.stiffness][slot] = static_cast<Real>(both);
+        }
+    }
+
+    Surface surface_;
+    double total_, full_sum_;
+    Weight weight_;
+};
+
+}  // namespace perimpm::peridynamics

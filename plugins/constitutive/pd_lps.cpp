@@ -1,0 +1,200 @@
+/*! Linear peridynamic solid (Silling, Epton, Weckner, Xu, Askari 2007, doi:10.1007/s10659-007-9125-1, section 15): ordinary
+    state-based, any Poisson's ratio. x = |X|, e = |Y| - |X|, w the influence function.
+      (1) m = sum_q w x^2 V_q                                        weighted volume [m^5]
+      (2) theta = (3/m) sum_q w x e V_q                              dilatation
+      (3) W = K theta^2/2 + (15 mu / 2 m) sum_q w (e - theta x/3)^2 V_q              energy density [Pa]
+      (4) t<p,q> = (3 K theta/m) w x + (15 mu/m) w (e - theta x/3)   force state [N/m^6], along dir(Y)
+      (5) f_p = V_p sum_q (t<p,q> + t<q,p>) V_q dir(Y)               force of the particle [N]
+      (6) w takes the factor clip((delta - x)/h + 1/2, 0, 1): share of q's cell inside (`volume_correction`)
+    With S<p,q> = V_p V_q w/m, (4) is V_p V_q t<p,q> = 15 mu S<p,q> (e + pi_p x), pi = (3 K - 5 mu (2 - s)) theta / (15 mu),
+    s = sum_q w x^2 V_q / m over the live bonds. s = 1 in print. With s, forces remain the gradient of (3) where bonds
+    broke or where m is that of the full lattice (`surface = "none"`). Bonds that break do not change m (as in Peridigm):
+    a family that loses bonds softens.
+    `surface = "moment"` makes sum w x^2 V n n n n of each family isotropic, so that (3) has K and mu for any affine strain.
+    With `yield_stress` bonds yield in shear (Mitchell 2011, SAND2011-3166): t loses 15 mu S e_p x, and (3) has
+    e - theta x/3 - e_p x. The rules are in perimpm/peridynamics/bond_flow.hpp; his psi_0 = 25 sigma_y^2/(8 pi delta^5), for full
+    continuum families of constant w, can be given as `yield_psi`. */
+#include "perimpm/math/elasticity.hpp"
+#include "perimpm/peridynamics/bond_flow.hpp"
+#include "perimpm/peridynamics/influence.hpp"
+#include "perimpm/peridynamics/kept_fields.hpp"
+#include "perimpm/peridynamics/weights.hpp"
+#include "perimpm/plugin/plugin.hpp"
+
+namespace {
+using namespace perimpm;
+using namespace perimpm::peridynamics;
+
+constexpr ParamSpec kParams[] = {
+    {.key = "youngs_modulus", .unit = "Pa", .range = above(0), .doc = "Young's modulus, the stiffness in tension"},
+    {.key = "poisson_ratio",
+     .range = open(-1, 0.5),
+     .default_value = 0.25,
+     .doc = "Poisson's ratio: how much a stretched bar thins; 0.5 would keep its volume"},
+    horizon_param(),
+    horizon_length_param(),
+    influence_param(),
+    surface_param("family"),
+    volume_correction_param(),
+    yield_stress_param(),
+    {.key = "yield_psi",
+     .unit = "N^2/m^9",
+     .range = at_least(0),
+     .optional = true,
+     .doc = "half the squared norm of the deviatoric force state at which it yields, instead of yield_stress"},
+    yield_rule_param("family"),
+    hardening_param(),
+};
+enum ParticleState { kNormalisation, kDilatation, kPressure };
+constexpr FieldSpec kParticleState[] = {
+    {.name = "normalisation", .unit = "1/m^5", .doc = "1/m of (1)"},
+    {.name = "dilatation", .doc = "theta of (2), the relative change of volume"},
+    {.name = "pressure_state", .doc = "pi of the header comment", .packed = 4},  // y follows: one load per neighbour
+};
+enum BondState { kStiffness, kOwn };
+constexpr FieldSpec kBondState[] = {
+    {.name = "stiffness", .unit = "m", .doc = "S<p,q> + S<q,p>; times 15 mu: N/m"},
+    {.name = "own_stiffness", .unit = "m", .doc = "S<p,q> = V_p V_q w/m"},
+};
+constexpr WeightFields kWeights{.normalisation = kNormalisation, .stiffness = kStiffness, .own = kOwn};
+
+template <class Real>
+class PdLps final : public ConstitutiveLaw<Real> {
+    using P = Pack<Real>;
+
+public:
+    explicit PdLps(const Params& p)
+        : youngs_modulus_{p["youngs_modulus"]},
+          poisson_ratio_{p["poisson_ratio"]},
+          bulk_{bulk_modulus(youngs_modulus_, poisson_ratio_)},
+          shear_{youngs_modulus_ / (2 * (1 + poisson_ratio_))},
+          density_{p.context().density},
+          horizon_{horizon_of(p)},
+          influence_{p, horizon_},
+          reach_{influence_.reach()},
+          weights_{make_weights(p)},
+          flow_{p, 15 * shear_, 3 * shear_, 1.0, "yield_psi"},
+          particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
+          bond_fields_(std::begin(kBondState), std::end(kBondState)) {
+        if (flow_.active()) flow_fields_ = flow_.declare(kOwn, particle_fields_, bond_fields_, kDilatation);
+    }
+    LawNeeds needs() const noexcept override {
+        return {.bonds = true,
+                .prepare = true,
+                .reports_stretch = true,
+                .horizon = reach_,
+                .rounds = 2,
+                .particle_state = kept(particle_fields_),
+                .bond_state = kept(bond_fields_),
+                .moduli = {youngs_modulus_, poisson_ratio_}};
+    }
+
+    void initialise(Block<Real>& b, std::uint32_t round) const override {
+        weights_.initialise(b, round, kWeights);
+        if (flow_.active() && round == 1) flow_.initialise(b, flow_fields_);
+    }
+
+    void prepare(Block<Real>& b) const override {
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* y = b.family.position + 4 * std::size_t{b.first + i};
+            P expansion(0), whole(0);
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P Y[3];
+                bonds.difference(b.family.position, y, Y);
+                const P x = bonds.load(b.family.length);
+                const P moment = live * bonds.load(b.bond_state[kOwn]) * x;
+                expansion += moment * (norm(Y) - x);
+                whole += moment * x;
+            });
+            const Real theta = 3 * reduce(expansion) / b.volume[i];  // (2)
+            const Real s = reduce(whole) / b.volume[i];
+            b.particle_state[kDilatation][0][i] = theta;
+            if (flow_.active()) flow_.yield(b, i, theta, flow_fields_);
+            Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
+            record[0] = theta * static_cast<Real>(bulk_ / (5 * shear_) - 2.0 / 3) + theta * s / 3;
+            for (int c = 0; c < 3; ++c) record[1 + c] = y[c];
+        }
+    }
+
+    void evaluate(Block<Real>& b, Real) const override {
+        flow_.active() ? evaluate_as<true>(b) : evaluate_as<false>(b);
+    }
+
+    double max_wave_speed(const Block<Real>& b) const override {
+        return std::sqrt((bulk_ + 4 * shear_ / 3) / density_) * largest_stretch(b);
+    }
+    /// By Cauchy's inequality (3) is at most the energy of springs 9 K S (15 mu S where that is more) of the families.
+    double stable_time_step(const Block<Real>& b) const override {
+        return silling_askari_bound(b, b.bond_state[kStiffness], std::max(9 * bulk_, 15 * shear_));
+    }
+
+    double energy(const Block<Real>& b) const override {
+        double total = 0;
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const double theta = static_cast<double>(b.particle_state[kDilatation][0][i]);
+            double shape = 0;
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P Y[3];
+                bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+                const P x = bonds.load(b.family.length);
+                P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / 3)) * x;
+                if (flow_.active()) deviatoric -= x * bonds.load(b.bond_state[flow_fields_.strain]);
+                shape += static_cast<double>(reduce(live * bonds.load(b.bond_state[kOwn]) * deviatoric * deviatoric));
+            });
+            total += 0.5 * bulk_ * static_cast<double>(b.volume[i]) * theta * theta + 7.5 * shear_ * shape;  // (3)
+        }
+        return total;
+    }
+
+private:
+    template <bool Yields>
+    void evaluate_as(Block<Real>& b) const {
+        const P fifteen_mu(static_cast<Real>(15 * shear_));
+        P extension(0);
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
+            P f[3] = {P(0), P(0), P(0)};
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P other[4], Y[3];
+                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
+                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
+                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
+                        own = bonds.load(b.bond_state[kOwn]);
+                const P y = norm(Y), inverse = inverse_length(y);
+                const P e = y - x;
+                P t = both * e + x * (own * record[0] + (both - own) * other[0]);  // (4), both directions
+                if constexpr (Yields)
+                    t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
+                              (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
+                const P pull = live * fifteen_mu * t * inverse;
+                extension = larger(extension, live * e * inverse);
+                for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
+            });
+            for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
+        }
+        b.largest_stretch = stretch_of(hmax(extension));
+    }
+
+    FamilyWeights<Real> make_weights(const Params& p) {
+        const double h = p.context().particle_spacing, horizon = horizon_;
+        const bool partial = p.is("volume_correction", "linear");
+        if (partial) reach_ = horizon + 0.5 * h * (1 - 1e-9);
+        const auto moment = [=, w = influence_](double x) {
+            const double share = partial ? share_inside(x, horizon, h) : 1.0;  // (6)
+            return share > 0 ? std::fmax(w(x), 0.0) * share * x * x : 0.0;
+        };
+        return {surface_of(p), 1.0, lattice_sum(reach_, h, moment), moment};  // (1): sum w x^2 V / m = 1
+    }
+
+    double youngs_modulus_, poisson_ratio_, bulk_, shear_, density_, horizon_;
+    Influence influence_;
+    double reach_;
+    FamilyWeights<Real> weights_;
+    BondFlow flow_;
+    std::vector<FieldSpec> particle_fields_, bond_fields_;
+    BondFlow::Fields flow_fields_;
+};
+}  // namespace
+
+PERIMPM_PLUGIN(ConstitutiveLaw, PdLps, kParams,
+               "linear peridynamic solid: ordinary state-based elasticity, any Poisson's ratio")
