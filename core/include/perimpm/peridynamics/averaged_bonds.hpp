@@ -75,9 +75,12 @@ public:
     }
 
     void evaluate(Block<Real>& b, Real) const override {
-        if (form_ == Form::springs) return choose<Form::springs, false>(b);
-        if (form_ == Form::paper) return choose<Form::paper, false>(b);
-        influence_field_ < 0 ? choose<Form::variational, false>(b) : choose<Form::variational, true>(b);
+        if (form_ == Form::springs) evaluate_as<Form::springs, false>(b);
+        if (form_ == Form::paper) evaluate_as<Form::paper, false>(b);
+        if (form_ == Form::variational)
+            influence_field_ < 0 ? evaluate_as<Form::variational, false>(b) : evaluate_as<Form::variational, true>(b);
+        if constexpr (Flow::kMayYield)
+            if (yields()) add_yielded(b);  // apart, so that what has not yielded has the elastic forces bit for bit
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
@@ -222,13 +225,6 @@ private:
     }
 
     template <Form kForm, bool Weighted>
-    void choose(Block<Real>& b) const {
-        if constexpr (Flow::kMayYield)
-            if (yields()) return evaluate_as<kForm, Weighted, true>(b);
-        evaluate_as<kForm, Weighted, false>(b);
-    }
-
-    template <Form kForm, bool Weighted, bool Yields>
     void evaluate_as(Block<Real>& b) const {
         constexpr bool records = kForm != Form::springs;
         const Field<Real>& records_of = b.family_state[kForm == Form::paper ? kMeanDeformation : kAveragedStress];
@@ -253,28 +249,16 @@ private:
                 const P relative = live * ((y - length) * inverse);
                 largest = larger(largest, relative);
                 const P stiffness = bonds.load(b.bond_state[kStiffness]);
-                P spring = lambda * stiffness * relative;  // (6), second term
-                P yielded = P(0), yielded_there = P(0);    // e_p |X| of both directions
-                if constexpr (Yields) {
-                    const P own = bonds.load(b.bond_state[own_]);
-                    yielded = length * bonds.load(b.bond_state[flow_fields_.strain]);
-                    yielded_there = length * flow_.at_other_end(b, bonds, flow_fields_);
-                    spring -= live * lambda * inverse * (own * yielded + (stiffness - own) * yielded_there);
-                }
+                const P spring = lambda * stiffness * relative;  // (6), second term
                 for (int c = 0; c < 3; ++c) f[c] += spring * Y[c];
                 if constexpr (kForm == Form::paper) {
                     const P own = bonds.load(b.bond_state[own_]);
                     P here[3], there[3];
                     deform(X, here, mine);
                     deform(X, there, theirs);
-                    const P z = norm(here), z_there = norm(there);
-                    // (9) as printed has |Y| in place of |Y-|
-                    const P e = (Yields ? y : z) - length - yielded,
-                            e_there = (Yields ? y : z_there) - length - yielded_there;
                     const P bending = live * two_mu;
-                    const P from_own = bending * own * (e * inverse_length(z));  // (6), first term, of T<p,q>
-                    const P from_other =
-                        bending * (stiffness - own) * (e_there * inverse_length(z_there));  // and of -T<q,p>
+                    const P from_own = bending * own * relative_extension(here, length);  // first term, of T<p,q>
+                    const P from_other = bending * (stiffness - own) * relative_extension(there, length);  // of -T<q,p>
                     for (int c = 0; c < 3; ++c) f[c] += from_own * here[c] + from_other * there[c];
                 }
                 if constexpr (kForm == Form::variational) {
@@ -289,6 +273,39 @@ private:
             for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);  // (7)
         }
         b.largest_stretch = stretch_of(hmax(largest));
+    }
+
+    /// What permanent strains change in the forces. In the paper's form also |Y| for |Y-|, as (9) prints.
+    void add_yielded(Block<Real>& b) const {
+        const bool bending = form_ == Form::paper;
+        const P lambda = real(moduli_.lambda), two_mu = real(2 * moduli_.mu);
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* position = b.family.position + 4 * std::size_t{b.first + i};
+            P f[3] = {P(0), P(0), P(0)};
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P Y[3];
+                bonds.difference(b.family.position, position, Y);
+                const P length = bonds.load(b.family.length), own = bonds.load(b.bond_state[own_]);
+                const P other = bonds.load(b.bond_state[kStiffness]) - own, y = norm(Y);
+                const P here = length * bonds.load(b.bond_state[flow_fields_.strain]);  // e_p |X| of both directions
+                const P there = length * flow_.at_other_end(b, bonds, flow_fields_);
+                const P spring = live * lambda * inverse_length(y) * (own * here + other * there);
+                for (int c = 0; c < 3; ++c) f[c] -= spring * Y[c];
+                if (!bending) return;  // the variational form has it in H
+                const Real* mine = b.particle_state[kMeanDeformation].data + kRecord * i;
+                P theirs[kRecord], X[3], mean[3];
+                bonds.template gather_packed<kRecord>(b.family_state[kMeanDeformation].data, theirs);
+                bonds.difference(b.family.reference, mine + kReference, X);
+                const auto add = [&](const auto* F, const P& stiffness, const P& yielded) {
+                    deform(X, mean, F);
+                    const P z = norm(mean), pull = live * two_mu * stiffness * (y - z - yielded) * inverse_length(z);
+                    for (int c = 0; c < 3; ++c) f[c] += pull * mean[c];
+                };
+                add(mine, own, here);
+                add(theirs, other, there);
+            });
+            for (int c = 0; c < 3; ++c) b.force[c][i] += reduce(f[c]);
+        }
     }
 
     void set_shape_inverse(Block<Real>& b, std::uint32_t i) const {

@@ -107,7 +107,7 @@ private:
         const Field<Real>& factor = b.family_state[fields.normalisation];
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             double both;
-            if (fields.own >= 0) {
+            if (surface_ == Surface::moment) {
                 const Real* own = b.bond_state[fields.own];
                 both = static_cast<double>(own[slot]) + static_cast<double>(own[opposite_slot(b, i, slot)]);
             } else {
