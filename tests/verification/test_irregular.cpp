@@ -75,6 +75,7 @@ void scatter_places(World<double>& w, double reach, unsigned seed) {
         for_each_chunk(w, m, [&](std::size_t, Block<double>& b) { m.law->initialise(b, round); });
 }
 
+/// All NaN for a run that broke down.
 struct Result {
     double period;   ///< over the closed form
     double kept;     ///< amplitude half a period later
@@ -132,7 +133,12 @@ Result vibrate(const char* law, double h, double jitter, unsigned seed, double o
     std::clock_t used = 0;
     while (w.time * kOmega < 2 * std::numbers::pi) {
         const std::clock_t start = std::clock();
-        step(w);
+        try {
+            step(w);
+        } catch (const SimulationError&) {
+            constexpr double none = std::numeric_limits<double>::quiet_NaN();
+            return {none, none, none, none, none, none, w.count, w.steps};
+        }
         used += std::clock() - start;
         const Mode mode(w, X);
         const auto against = [&](double period) {  // of a bar of that period, released at the same speed

@@ -2,10 +2,10 @@
 local law reaches at the bond law's cost.
 
 Runs the hidden case "irregular particles: table" of the test program (tests/verification/test_irregular.cpp says what is
-measured; set PERIMPM_TESTS if the program is not build/release/tests/perimpm_tests) and writes irregular.csv and irregular.png
-beside this file. Rows are means over the seeds; `change` is the error against the same law's period on the lattice, which
-leaves only what the disorder does; `local_at_equal_cost` is the error of fixed_corotated, from its own rows at
-other resolutions, for the same jitter and processor time."""
+measured; set PERIMPM_TESTS if the program is not build/release/tests/perimpm_tests) and writes irregular.csv and
+irregular.png beside this file. Rows are means over the seeds, nan where a run broke down. `change` is the error against the
+same law's period on the lattice, which leaves only what the disorder does; `local_at_equal_cost` is the error of
+fixed_corotated, from its own rows at other resolutions, for the same jitter and processor time."""
 
 from __future__ import annotations
 
