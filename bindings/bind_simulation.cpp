@@ -133,9 +133,19 @@ void add_condition(SharedSimulation& shared, py::handle table, const std::string
 }
 
 Relaxation relax_simulation(SharedSimulation& shared, double residual, std::uint64_t most_steps) {
+    struct Stopped {};
     const auto lock = shared.lock();
-    const py::gil_scoped_release release;
-    return shared.get().relax(residual, most_steps);
+    Watch watch;
+    Relaxation found{};
+    try {
+        const py::gil_scoped_release release;
+        found = shared.get().relax(residual, most_steps, [&watch] {
+            if (!watch.go_on(nullptr)) throw Stopped{};
+        });
+    } catch (const Stopped&) {
+        watch.raise_pending();
+    }
+    return found;
 }
 
 /// A read of the simulation that refuses while another thread steps it.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from typing import Any
 
 import numpy as np
@@ -172,6 +174,16 @@ def test_no_equilibrium_is_an_error() -> None:
     tree = block(LOCAL, GRID[0], gravity=[0.0, -1.0, 0.0])
     with pytest.raises(perimpm.SimulationError, match="no equilibrium within 50 steps"):
         perimpm.Simulation(tree).relax(max_steps=50)
+
+
+def test_ctrl_c_ends_a_search() -> None:
+    sim = perimpm.Simulation(block(LOCAL, GRID[0], gravity=[0.0, -1.0, 0.0]))
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        sim.relax(residual=1e-30, max_steps=10**9)
+    timer.join()
+    assert sim.time == 0
 
 
 def test_same_bits_for_one_and_two_threads() -> None:

@@ -12,7 +12,7 @@ public:
     virtual ~Engine() = default;
     virtual double step(double longest) = 0;
     virtual void add_condition(const ConditionSpec& spec, ConditionFunction function) = 0;
-    virtual Relaxation relax(double residual, std::uint64_t most_steps) = 0;
+    virtual Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) = 0;
     virtual const Scene& scene() const = 0;
     virtual Ledger ledger() = 0;
     virtual std::vector<FieldView> fields(const std::string& material) = 0;
@@ -49,8 +49,13 @@ public:
         perimpm::add_condition(w_, spec, std::move(function));
         renew_plan();
     }
-    Relaxation relax(double residual, std::uint64_t most_steps) override {
-        return perimpm::relax(w_, residual, most_steps, [this] { step(1e300); });
+    Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) override {
+        return perimpm::relax(w_, residual, most_steps, [&] {
+            const double time = w_.time;
+            step(1e300);
+            w_.time = time;
+            if (after_step) after_step();
+        });
     }
 
     /// One step of the method; the numbers are those of the paper's list (section 3).
@@ -122,7 +127,9 @@ double Simulation::step(double longest) { return engine_->step(longest); }
 void Simulation::add_condition(const ConditionSpec& spec, ConditionFunction function) {
     engine_->add_condition(spec, std::move(function));
 }
-Relaxation Simulation::relax(double residual, std::uint64_t most_steps) { return engine_->relax(residual, most_steps); }
+Relaxation Simulation::relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) {
+    return engine_->relax(residual, most_steps, after_step);
+}
 double Simulation::time() const { return engine_->time(); }
 std::uint64_t Simulation::steps() const { return engine_->steps(); }
 std::uint64_t Simulation::particle_count() const { return engine_->plan.particles; }

@@ -60,7 +60,8 @@ public:
     void add_condition(const ConditionSpec& spec, ConditionFunction function = {});
     /// Steps at the present time, stopping all motion at each maximum of its energy, until the forces balance to
     /// `residual`. Prescribed particles stand still. Throws SimulationError when `most_steps` do not suffice.
-    Relaxation relax(double residual, std::uint64_t most_steps);
+    /// `after_step` may end the search by an exception.
+    Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step = {});
 
     double time() const;
     std::uint64_t steps() const;
