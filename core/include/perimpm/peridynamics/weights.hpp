@@ -17,13 +17,15 @@ namespace perimpm::peridynamics {
 enum class Surface { none, family, moment };
 
 constexpr ParamSpec surface_param(const char* standard) {
-    return {.key = "surface",
-            .kind = ParamKind::choice,
-            .default_text = standard,
-            .choices = "none|family|moment",
-            .doc =
-                "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
-                "family, or by a factor per bond that makes the family's stiffness isotropic"};
+    return {
+        .key = "surface",
+        .kind = ParamKind::choice,
+        .default_text = standard,
+        .choices = "none|family|moment",
+        .doc =
+            "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
+            "family, or by a factor per bond that makes the family's stiffness isotropic (for particles on a lattice: "
+            "where they lie irregularly such weights may be negative, and the body unstable)"};
 }
 inline Surface surface_of(const Params& p) {
     return p.is("surface", "none") ? Surface::none : p.is("surface", "family") ? Surface::family : Surface::moment;
