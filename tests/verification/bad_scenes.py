@@ -77,7 +77,7 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     "nu = 0.5": (law("poisson_ratio", 0.5), ["poisson_ratio", "0.5"]),
     "nu = 0.6": (law("poisson_ratio", 0.6), ["poisson_ratio", "0.5"]),
     "nu = -1": (law("poisson_ratio", -1.0), ["poisson_ratio", "-1"]),
-    "another ratio from the paper's law": (law("poisson_ratio", 0.3, PD_ELASTIC), ["poisson_ratio", "1/4", "fixed_corotated"]),
+    "another ratio from the paper's law": (law("poisson_ratio", 0.3, PD_ELASTIC), ["poisson_ratio", "1/4", "pd_lps"]),
     "horizon below the spacing": (law("horizon", 0.9, PD_BOND), ["horizon", "above 1"]),
     "paper's calibration without mu": (law("calibration", "paper", PD_ELASTIC), ["calibration", "paper"]),
     "zero critical stretch": (
