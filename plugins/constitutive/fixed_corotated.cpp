@@ -6,24 +6,17 @@
     Stress needs no rotation: U S U^T = R F^T is the left stretch of F, from the invariants of b for ordinary F. Where
     stretches nearly cancel or vanish it comes from the singular values: the one-sided Jacobi SVD turns F into B = F V = U S
     with orthogonal columns b_k, and U S U^T = sum_k b_k b_k^T / s_k, where vanishing singular values contribute nothing. */
-#include "perimpm/math/elasticity.hpp"
 #include "perimpm/math/stretch3.hpp"
 #include "perimpm/math/svd3.hpp"
+#include "perimpm/model/isotropic.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
 namespace {
 using namespace perimpm;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus",
-     .unit = "Pa",
-     .range = above(0),
-     .per_particle = true,
-     .doc = "Young's modulus, the stiffness in tension"},
-    {.key = "poisson_ratio",
-     .range = open(-1, 0.5),
-     .default_value = 0.25,
-     .doc = "Poisson's ratio: how much a stretched bar thins; 0.5 would keep its volume"},
+    kYoungsModulusParam,
+    kPoissonRatioParam,
 };
 enum Varying { kYoungsModulus };
 
@@ -32,10 +25,9 @@ class FixedCorotated final : public ConstitutiveLaw<Real> {
     using P = Pack<Real>;
 
 public:
-    explicit FixedCorotated(const Params& p)
-        : youngs_modulus_{p["youngs_modulus"]}, poisson_ratio_{p["poisson_ratio"]}, density_{p.context().density} {}
+    explicit FixedCorotated(const Params& p) : moduli_{p}, density_{p.context().density} {}
     LawNeeds needs() const noexcept override {
-        return {.deformation_gradient = true, .moduli = {youngs_modulus_, poisson_ratio_}};
+        return {.deformation_gradient = true, .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -114,17 +106,11 @@ private:
 
     template <class Body>
     void for_each_pack(const Block<Real>& b, Body body) const {
-        const Real* varying = b.param[kYoungsModulus];
-        const Lame<P> uniform(P(static_cast<Real>(youngs_modulus_)), poisson_ratio_);
-        for (std::size_t i = 0; i < b.size; i += kLanes<Real>) {
-            const std::size_t count = std::min(kLanes<Real>, b.size - i);
-            Mat3<P> F;
-            for (int c = 0; c < 9; ++c) F.m[c] = load(b.F[c] + i, count, c % 4 == 0 ? Real(1) : Real(0));
-            body(i, count, F, varying ? Lame<P>(load(varying + i, count), poisson_ratio_) : uniform);
-        }
+        perimpm::for_each_pack(b, moduli_, b.param[kYoungsModulus], body);
     }
 
-    double youngs_modulus_, poisson_ratio_, density_;
+    IsotropicModuli moduli_;
+    double density_;
 };
 }  // namespace
 

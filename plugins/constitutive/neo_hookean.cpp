@@ -5,24 +5,17 @@
       (3) rho c^2 = mu n.b n + max(0, mu + lambda (1 - ln J))   fastest wave along n, rho of the reference
     Not defined for J <= 0: such a particle ends the run with an error that says where it is. A stable step cannot get there,
     since (1) would need infinite energy. */
-#include "perimpm/math/elasticity.hpp"
 #include "perimpm/math/stretch3.hpp"
 #include "perimpm/model/inversion.hpp"
+#include "perimpm/model/isotropic.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
 namespace {
 using namespace perimpm;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus",
-     .unit = "Pa",
-     .range = above(0),
-     .per_particle = true,
-     .doc = "Young's modulus at small strain, the stiffness in tension"},
-    {.key = "poisson_ratio",
-     .range = open(-1, 0.5),
-     .default_value = 0.25,
-     .doc = "Poisson's ratio at small strain: how much a stretched bar thins; 0.5 would keep its volume"},
+    kYoungsModulusParam,
+    kPoissonRatioParam,
 };
 enum Varying { kYoungsModulus };
 
@@ -31,10 +24,9 @@ class NeoHookean final : public ConstitutiveLaw<Real> {
     using P = Pack<Real>;
 
 public:
-    explicit NeoHookean(const Params& p)
-        : youngs_modulus_{p["youngs_modulus"]}, poisson_ratio_{p["poisson_ratio"]}, density_{p.context().density} {}
+    explicit NeoHookean(const Params& p) : moduli_{p}, density_{p.context().density} {}
     LawNeeds needs() const noexcept override {
-        return {.deformation_gradient = true, .moduli = {youngs_modulus_, poisson_ratio_}};
+        return {.deformation_gradient = true, .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -74,8 +66,9 @@ public:
             const double minors = H(0, 0) * H(1, 1) - H(0, 1) * H(1, 0) + H(1, 1) * H(2, 2) - H(1, 2) * H(2, 1) +
                                   H(2, 2) * H(0, 0) - H(2, 0) * H(0, 2);
             const double log_J = std::abs(J - 1) < 0.5 ? std::log1p(trace + minors + determinant(H)) : std::log(J);
-            const Lame<double> lame(b.param[kYoungsModulus] ? double(b.param[kYoungsModulus][i]) : youngs_modulus_,
-                                    poisson_ratio_);
+            const Lame<double> lame(
+                b.param[kYoungsModulus] ? double(b.param[kYoungsModulus][i]) : moduli_.youngs_modulus,
+                moduli_.poisson_ratio);
             const double W = lame.mu * (0.5 * norm2 + trace - log_J) + 0.5 * lame.lambda * log_J * log_J;  // (1)
             total += W * static_cast<double>(b.volume[i]);
         }
@@ -86,21 +79,18 @@ private:
     /// body(first particle, count, F F^T, det F, Lame's constants).
     template <class Body>
     void for_each_pack(const Block<Real>& b, Body body) const {
-        const Real* varying = b.param[kYoungsModulus];
-        const Lame<P> uniform(P(static_cast<Real>(youngs_modulus_)), poisson_ratio_);
-        for (std::size_t i = 0; i < b.size; i += kLanes<Real>) {
-            const std::size_t count = std::min(kLanes<Real>, b.size - i);
-            Mat3<P> F;
-            for (int c = 0; c < 9; ++c) F.m[c] = load(b.F[c] + i, count, c % 4 == 0 ? Real(1) : Real(0));
-            const P J = determinant(F);
-            require_upright("neo_hookean", b, i, J);
-            P FFt[6];
-            left_cauchy_green(F, FFt);
-            body(i, count, FFt, J, varying ? Lame<P>(load(varying + i, count), poisson_ratio_) : uniform);
-        }
+        perimpm::for_each_pack(b, moduli_, b.param[kYoungsModulus],
+                               [&](std::size_t i, std::size_t count, const Mat3<P>& F, const Lame<P>& lame) {
+                                   const P J = determinant(F);
+                                   require_upright("neo_hookean", b, i, J);
+                                   P FFt[6];
+                                   left_cauchy_green(F, FFt);
+                                   body(i, count, FFt, J, lame);
+                               });
     }
 
-    double youngs_modulus_, poisson_ratio_, density_;
+    IsotropicModuli moduli_;
+    double density_;
 };
 }  // namespace
 

@@ -11,24 +11,17 @@
       (8) rho c^2 <= lambda + 2 mu + 2 max |tau_k|             elastic waves; rho of the reference
     Until (3) is reached this is Hencky's elasticity, and neither F nor alpha is touched. Energy and wave speed are those of
     the returned state. Not defined for det F <= 0: such a particle ends the run with an error that says where it is. */
-#include "perimpm/math/elasticity.hpp"
 #include "perimpm/math/svd3.hpp"
 #include "perimpm/model/inversion.hpp"
+#include "perimpm/model/isotropic.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
 namespace {
 using namespace perimpm;
 
 constexpr ParamSpec kParams[] = {
-    {.key = "youngs_modulus",
-     .unit = "Pa",
-     .range = above(0),
-     .per_particle = true,
-     .doc = "Young's modulus at small strain, the stiffness in tension"},
-    {.key = "poisson_ratio",
-     .range = open(-1, 0.5),
-     .default_value = 0.25,
-     .doc = "Poisson's ratio at small strain: how much a stretched bar thins; 0.5 would keep its volume"},
+    kYoungsModulusParam,
+    kPoissonRatioParam,
     {.key = "yield_stress",
      .unit = "Pa",
      .range = above(0),
@@ -53,13 +46,11 @@ class VonMises final : public ConstitutiveLaw<Real> {
 
 public:
     explicit VonMises(const Params& p)
-        : youngs_modulus_{p["youngs_modulus"]},
-          poisson_ratio_{p["poisson_ratio"]},
-          yield_stress_{p["yield_stress"]},
-          hardening_{p["hardening"]},
-          density_{p.context().density} {}
+        : moduli_{p}, yield_stress_{p["yield_stress"]}, hardening_{p["hardening"]}, density_{p.context().density} {}
     LawNeeds needs() const noexcept override {
-        return {.deformation_gradient = true, .particle_state = kState, .moduli = {youngs_modulus_, poisson_ratio_}};
+        return {.deformation_gradient = true,
+                .particle_state = kState,
+                .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -157,22 +148,19 @@ private:
     /// body(first particle, count, trial F, returned state).
     template <class Body>
     void for_each_pack(const Block<Real>& b, Body body) const {
-        const Real *modulus = b.param[kYoungsModulus], *yield = b.param[kYieldStress];
-        const Real* plastic_strain = b.particle_state[kPlasticStrain][0];
-        const Lame<P> uniform(P(static_cast<Real>(youngs_modulus_)), poisson_ratio_);
-        for (std::size_t i = 0; i < b.size; i += kLanes<Real>) {
-            const std::size_t count = std::min(kLanes<Real>, b.size - i);
-            Mat3<P> F;
-            for (int c = 0; c < 9; ++c) F.m[c] = load(b.F[c] + i, count, c % 4 == 0 ? Real(1) : Real(0));
-            require_upright("von_mises", b, i, determinant(F));
-            body(i, count, F,
-                 Return(F, modulus ? Lame<P>(load(modulus + i, count), poisson_ratio_) : uniform,
-                        yield ? load(yield + i, count, Real(1)) : P(static_cast<Real>(yield_stress_)),
-                        static_cast<Real>(hardening_), load(plastic_strain + i, count)));
-        }
+        const Real *yield = b.param[kYieldStress], *plastic_strain = b.particle_state[kPlasticStrain][0];
+        perimpm::for_each_pack(
+            b, moduli_, b.param[kYoungsModulus],
+            [&](std::size_t i, std::size_t count, const Mat3<P>& F, const Lame<P>& lame) {
+                require_upright("von_mises", b, i, determinant(F));
+                body(i, count, F,
+                     Return(F, lame, yield ? load(yield + i, count, Real(1)) : P(static_cast<Real>(yield_stress_)),
+                            static_cast<Real>(hardening_), load(plastic_strain + i, count)));
+            });
     }
 
-    double youngs_modulus_, poisson_ratio_, yield_stress_, hardening_, density_;
+    IsotropicModuli moduli_;
+    double yield_stress_, hardening_, density_;
 };
 }  // namespace
 

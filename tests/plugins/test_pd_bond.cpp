@@ -63,25 +63,12 @@ TEST_CASE("pd_bond: continuum micromodulus has the published lattice errors", "[
     }
 }
 
-TEST_CASE("pd_bond: force is minus the energy's gradient", "[constitutive]") {
+TEST_CASE("pd_bond: force is minus the energy's gradient and conserves momenta", "[constitutive]") {
     const auto law = pd_bond("horizon = 2.01");
     auto particles = cube(*law, 5);
-    std::mt19937 random(10);
-    std::uniform_real_distribution<double> shift(-0.2 * kSpacing, 0.2 * kSpacing);
-    std::vector<Vec3> y = particles.reference();
-    for (std::size_t p = 0; p < y.size(); ++p)
-        particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
-    particles.evaluate();
-    const double step = 1e-6 * kSpacing, scale = particles.largest_force();
-    for (const std::size_t p : {std::size_t{0}, middle(5), particles.size() - 3})
-        for (int c = 0; c < 3; ++c) {
-            particles.place(p, y[p] + step * Vec3::Unit(c));
-            const double more = particles.energy();
-            particles.place(p, y[p] - step * Vec3::Unit(c));
-            const double less = particles.energy();
-            particles.place(p, y[p]);
-            CHECK_THAT(particles.force(p)[c], WithinAbs(-(more - less) / (2 * step), 1e-6 * scale));
-        }
+    const std::vector<Vec3> y = shake(particles, kSpacing);
+    check_momenta(particles, y, kSpacing);
+    check_gradient(particles, y, kSpacing);
 }
 
 TEST_CASE("pd_bond: rigid motion makes no force", "[constitutive]") {

@@ -141,30 +141,9 @@ TEST_CASE("pd_elastic: the variational form is minus the energy's gradient and c
         CAPTURE(more);
         const auto law = pd_elastic(std::string("youngs_modulus = 1e6\nbending_ratio = 1.0\nhorizon = 2.01\n") + more);
         auto particles = cube(*law, 5);
-        std::mt19937 random(10);
-        std::uniform_real_distribution<double> shift(-0.2 * kSpacing, 0.2 * kSpacing);
-        std::vector<Vec3> y = particles.reference();
-        for (std::size_t p = 0; p < y.size(); ++p)
-            particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
-        particles.evaluate();
-        Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
-        double scale = 0;
-        for (std::size_t p = 0; p < y.size(); ++p) {
-            sum += particles.force(p), torque += y[p].cross(particles.force(p)), scale += particles.force(p).norm();
-        }
-        CHECK(sum.norm() <= 1e-13 * scale);
-        CHECK(torque.norm() <= 1e-13 * scale * 5 * kSpacing);
-        const double step = 1e-6 * kSpacing, largest = particles.largest_force();
-        for (const std::size_t p : {std::size_t{0}, middle(5), particles.size() - 3})
-            for (int c = 0; c < 3; ++c) {
-                const auto energy = [&](double by) {
-                    particles.place(p, y[p] + by * Vec3::Unit(c));
-                    return particles.energy();
-                };
-                const double slope = (energy(step) - energy(-step)) / (2 * step);
-                particles.place(p, y[p]);
-                CHECK_THAT(particles.force(p)[c], WithinAbs(-slope, 1e-6 * largest));
-            }
+        const std::vector<Vec3> y = shake(particles, kSpacing);
+        check_momenta(particles, y, kSpacing);
+        check_gradient(particles, y, kSpacing);
     }
 }
 
@@ -234,19 +213,7 @@ TEST_CASE("pd_elastic: sheets and strands are exact in their span and free acros
 
 TEMPLATE_TEST_CASE("pd_elastic: few bonds or none leave no NaN", "[constitutive]", float, double) {
     const auto law = pd_elastic<TestType>("youngs_modulus = 1e6");
-    Particles<TestType> one(*law, {Vec3::Zero()}, kVolume);
-    one.evaluate();
-    CHECK(one.largest_force() == 0);
-    CHECK(one.energy() == 0);
-    Particles<TestType> pair(*law, {Vec3::Zero(), Vec3(kSpacing, 0, 0)}, kVolume);
-    pair.place(1, {2 * kSpacing, 0, 0});
-    pair.evaluate();
-    CHECK(pair.force(0)[0] > 0);
-    CHECK((pair.force(0) + pair.force(1)).norm() <= 1e-6 * pair.force(0).norm());
-    CHECK(std::isfinite(pair.energy()));
-    pair.place(1, Vec3::Zero());  // a bond shrunk to a point has no direction: no force, no NaN
-    pair.evaluate();
-    CHECK(pair.largest_force() == 0);
+    check_few_bonds(*law, kSpacing, kVolume);
 }
 
 TEST_CASE("pd_elastic: a particle that lost all bonds is free", "[constitutive]") {

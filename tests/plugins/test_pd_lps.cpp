@@ -210,30 +210,9 @@ TEST_CASE("pd_lps: forces are minus the energy's gradient and balance, broken bo
                 bonds.break_direction(bonds.neighbour[s], bonds.opposite(p, s));
             }
         particles.initialise();
-        std::mt19937 random(10);
-        std::uniform_real_distribution<double> shift(-0.2 * kSpacing, 0.2 * kSpacing);
-        std::vector<Vec3> y = particles.reference();
-        for (std::size_t p = 0; p < y.size(); ++p)
-            particles.place(p, y[p] += Vec3(shift(random), shift(random), shift(random)));
-        particles.evaluate();
-        Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
-        double scale = 0;
-        for (std::size_t p = 0; p < y.size(); ++p) {
-            sum += particles.force(p), torque += y[p].cross(particles.force(p)), scale += particles.force(p).norm();
-        }
-        CHECK(sum.norm() <= 1e-13 * scale);
-        CHECK(torque.norm() <= 1e-13 * scale * 5 * kSpacing);
-        const double step = 1e-6 * kSpacing, largest = particles.largest_force();
-        for (const std::size_t p : {std::size_t{0}, middle(5), particles.size() - 3})
-            for (int c = 0; c < 3; ++c) {
-                const auto energy = [&](double by) {
-                    particles.place(p, y[p] + by * Vec3::Unit(c));
-                    return particles.energy();
-                };
-                const double slope = (energy(step) - energy(-step)) / (2 * step);
-                particles.place(p, y[p]);
-                CHECK_THAT(particles.force(p)[c], WithinAbs(-slope, 1e-6 * largest));
-            }
+        const std::vector<Vec3> y = shake(particles, kSpacing);
+        check_momenta(particles, y, kSpacing);
+        check_gradient(particles, y, kSpacing);
     }
 }
 
@@ -255,18 +234,7 @@ TEST_CASE("pd_lps: a checkerboard is resisted", "[constitutive]") {
 TEMPLATE_TEST_CASE("pd_lps: few bonds or none leave no NaN", "[constitutive]", float, double) {
     for (const char* surface : {"surface = \"family\"", "surface = \"moment\""}) {
         const auto law = pd_lps<TestType>(surface);
-        Particles<TestType> one(*law, {Vec3::Zero()}, kVolume);
-        one.evaluate();
-        CHECK(one.largest_force() == 0);
-        CHECK(one.energy() == 0);
-        Particles<TestType> pair(*law, {Vec3::Zero(), Vec3(kSpacing, 0, 0)}, kVolume);
-        pair.place(1, {2 * kSpacing, 0, 0});
-        pair.evaluate();
-        CHECK(pair.force(0)[0] > 0);
-        CHECK(std::isfinite(pair.energy()));
-        pair.place(1, Vec3::Zero());
-        pair.evaluate();
-        CHECK(pair.largest_force() == 0);
+        check_few_bonds(*law, kSpacing, kVolume);
     }
 }
 

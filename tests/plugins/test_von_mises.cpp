@@ -23,7 +23,6 @@ std::string table(double youngs_modulus, double yield_stress, double hardening) 
            "\nhardening = " + std::to_string(hardening);
 }
 
-Matrix3d diagonal(double a, double b, double c) { return Vec3(a, b, c).asDiagonal(); }
 Matrix3d deviator(const Matrix3d& m) { return m - m.trace() / 3 * Matrix3d::Identity(); }
 double von_mises(const Matrix3d& tau) { return std::sqrt(1.5) * deviator(tau).norm(); }
 

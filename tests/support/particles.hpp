@@ -176,6 +176,19 @@ inline Eigen::Matrix3d rotation(double angle, const perimpm::Vec3& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
+inline Eigen::Matrix3d diagonal(double a, double b, double c) { return Vec3(a, b, c).asDiagonal(); }
+
+/// The lateral stretch at which a bar of this axial stretch has no lateral stress, which grows with it; tau(F) in any unit.
+template <class Tau>
+double lateral_stretch(double axial, Tau tau) {
+    double low = 0.5, high = 1.5;
+    for (int i = 0; i < 60; ++i) {
+        const double s = 0.5 * (low + high);
+        (tau(diagonal(axial, s, s))(1, 1) < 0 ? low : high) = s;
+    }
+    return low;
+}
+
 /// Entries uniform in [-1, 1].
 inline Eigen::Matrix3d random_matrix(std::mt19937& random) {
     std::uniform_real_distribution<double> entry(-1.0, 1.0);

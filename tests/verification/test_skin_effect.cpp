@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <iostream>
+#include <numbers>
 
 #include "support/catch.hpp"
 #include "support/model.hpp"
@@ -31,11 +32,41 @@ double force_ratio(const std::string& law_name, const std::string& table, int wi
     return -right / (1.2 * kModulus * strain * std::pow(width * kSpacing, 2));
 }
 
+/// The same for one spring c s per bond, c = 18 K / sum |X| V over the full lattice or 18 K / (pi delta^4): the bonds that
+/// cross the middle, counted by their offset on the lattice.
+double counted_ratio(double horizon, int width, bool continuum) {
+    const int reach = static_cast<int>(horizon);
+    double sum = 0, crossing = 0;
+    for (int i = -reach; i <= reach; ++i)
+        for (int j = -reach; j <= reach; ++j)
+            for (int k = -reach; k <= reach; ++k) {
+                const double X = std::sqrt(double(i * i + j * j + k * k));
+                if (X == 0 || X > horizon) continue;
+                sum += X;
+                const double bonds =
+                    std::max(i, 0) * std::max(width - std::abs(j), 0) * std::max(width - std::abs(k), 0);
+                crossing += bonds * std::pow(i / X, 3);
+            }
+    const double c = 18 / 1.5 / (continuum ? std::numbers::pi * std::pow(horizon, 4) : sum);
+    return c * crossing / (1.2 * width * width);
+}
+
 }  // namespace
 
-TEST_CASE("skin effect: bond laws are soft at surfaces without treatment, moment-exact weights make them exact",
-          "[verification]") {
-    // horizon 3.015 and 5, 10 particles: widths of 1.66 and 3.32 horizons; B5 has 0.762 and 0.900 for springs
+TEST_CASE("skin effect: springs without treatment lose what the count of bonds says", "[verification]") {
+    for (const double horizon : {2.01, 3.015})
+        for (const int width : {5, 10}) {
+            CAPTURE(horizon, width);
+            const std::string table = fmt::format("surface = \"none\"\nhorizon = {}\n", horizon);
+            CHECK_THAT(force_ratio("pd_bond", table, width), WithinRel(counted_ratio(horizon, width, false), 1e-5));
+            const double continuum = force_ratio("pd_bond", table + "calibration = \"continuum\"", width);
+            CHECK_THAT(continuum, WithinRel(counted_ratio(horizon, width, true), 1e-5));
+            // B5, for widths of 1.66 and 3.32 horizons and the continuum's c
+            if (horizon > 3) CHECK_THAT(continuum, WithinAbs(width == 5 ? 0.762 : 0.900, 0.015));
+        }
+}
+
+TEST_CASE("skin effect: moment-exact weights make bond laws exact at surfaces", "[verification]") {
     const char* const laws[] = {"pd_bond", "pd_elastic", "pd_lps"};
     for (const std::string law : laws)
         for (const char* horizon : {"2.01", "3.015"}) {
@@ -47,8 +78,6 @@ TEST_CASE("skin effect: bond laws are soft at surfaces without treatment, moment
                         force_ratio(law, fmt::format("horizon = {}\nsurface = \"{}\"", horizon, surface), width);
                     std::cout << fmt::format("  {} {:2} {:.4f}", surface, width, ratio);
                     if (surface == "moment") CHECK_THAT(ratio, WithinAbs(1, width == 5 ? 0.05 : 0.02));
-                    if (surface == "none" && law == "pd_bond" && horizon == std::string("3.015"))
-                        CHECK_THAT(ratio, WithinAbs(width == 5 ? 0.762 : 0.900, 0.1));
                 }
             std::cout << '\n';
         }
