@@ -282,6 +282,25 @@ TEST_CASE("pd_lps: yielding families, Peridigm's gold of the 8-point cube", "[co
     }
 }
 
+TEST_CASE("pd_lps: small families of metals yield in single precision as in double", "[constitutive]") {
+    constexpr double h = 4e-4;
+    const std::string copper =
+        "youngs_modulus = 117e9\npoisson_ratio = 0.35\nyield_stress = 400e6\nhorizon = 2.01\nyield = ";
+    const ModelContext context{.density = 8930, .particle_spacing = h, .grid_spacing = 0};
+    for (const char* rule : {"\"family\"", "\"bond\""}) {
+        CAPTURE(rule);
+        const auto coarse = make<ConstitutiveLaw, float>("pd_lps", copper + rule, context);
+        const auto fine = make<ConstitutiveLaw, double>("pd_lps", copper + rule, context);
+        Particles<float> a(*coarse, lattice(5, h), h * h * h);
+        Particles<double> b(*fine, lattice(5, h), h * h * h);
+        const auto squeeze = [](const Vec3& X) -> Vec3 { return {0.98 * X[0], 1.01 * X[1], 1.01 * X[2]}; };
+        a.move(squeeze), b.move(squeeze);
+        a.evaluate(), b.evaluate();
+        for (std::size_t p = 0; p < a.size(); ++p)
+            CHECK((a.force(p) - b.force(p)).norm() <= 1e-3 * b.largest_force());
+    }
+}
+
 TEST_CASE("pd_lps: horizons in spacings or metres", "[constitutive]") {
     CHECK(pd_lps("horizon = 2.5")->needs().horizon == pd_lps("horizon_length = 0.025")->needs().horizon);
     CHECK_THROWS_AS(pd_lps("horizon = 2.5\nhorizon_length = 0.025"), InvalidParameter);

@@ -1,9 +1,11 @@
 // REFERENCES.md C6: a perfectly plastic block in simple shear, x = X + gamma Y e_x, up to gamma = 5; E = 200 GPa, yield
 // stress Y = 250 MPa. Finite-strain J2 saturates at
 //   (1) tau = Y/sqrt(3) = 144.34 MPa
-// Bond laws: every particle of a cube is placed, and the mean stress is
-//   (2) tau = -(1/V) sum_p f_p (x) x_p,  its xy component
-// divided by what (2) gives for a small elastic shear over mu gamma, which takes the surface out.
+// Bond laws: every particle of a cube is placed. The particle in the middle, whose family is whole, unloads elastically:
+//   (2) tau = (W(gamma) - W(gamma - d))/d,  W its energy density, d -> 0
+// A family of pd_lps yields at (1) times sqrt(1.110), 1.110 its lattice's error in shear (B2). Then it hardens without end:
+// its dilatation is linear in the bonds' lengths, whose mean grows by 2/15 gamma^2 though the volume stays, so that
+//   (3) theta = 2/5 gamma^2,  tau = tau_0 + d(K theta^2/2)/d gamma = tau_0 + 2 K (2/5)^2 gamma^3
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -52,18 +54,19 @@ private:
 /// A cube of a bond law.
 class Cube {
 public:
-    explicit Cube(const ConstitutiveLaw<double>& law) : points_(law, lattice(8, kSpacing), kVolume) {
-        constexpr double small = 1e-6;
-        factor_ = kYoung / 2 / (1 + law.needs().moduli.poisson_ratio) * small / stress(sheared(small));
-    }
-    /// (2), of the x and y components [Pa].
-    double stress(const Matrix3d& F) {
+    explicit Cube(const ConstitutiveLaw<double>& law) : points_(law, lattice(kCount, kSpacing), kVolume) {}
+    void deform(const Matrix3d& F) {
         points_.deform(F);
         points_.evaluate();
-        double sum = 0;
-        for (std::size_t p = 0; p < points_.size(); ++p) sum -= points_.force(p)[0] * (F * points_.reference()[p])[1];
-        return factor_ * sum / (static_cast<double>(points_.size()) * kVolume);
     }
+    /// (2), of the shear gamma that `deform` just made [Pa].
+    double stress(double gamma) {
+        constexpr double small = 1e-7;
+        const double energy = density();
+        points_.deform(sheared(gamma - small));
+        return (energy - density()) / small;
+    }
+    double density() { return points_.energy(middle(kCount), 1) / kVolume; }
     double yielded(const ConstitutiveLaw<double>& law) {
         const LawNeeds needs = law.needs();
         double sum = 0;
@@ -74,8 +77,8 @@ public:
     }
 
 private:
+    static constexpr int kCount = 7;
     Particles<double> points_;
-    double factor_ = 1;
 };
 
 struct Case {
@@ -116,12 +119,27 @@ TEST_CASE("simple shear: a rigid turn keeps the turned stress and yields nothing
         CAPTURE(c.name);
         const auto law = law_of(c.law, c.poisson, c.more);
         Cube cube(*law);
-        for (int n = 1; n <= 20; ++n) cube.stress(sheared(1e-3 * n));
-        const double stress = cube.stress(sheared(0.02)), yielded = cube.yielded(*law);
-        for (int n = 1; n <= 36; ++n) cube.stress(rotation(2 * std::numbers::pi * n / 36, axis) * sheared(0.02));
-        CHECK_THAT(cube.stress(sheared(0.02)), WithinRel(stress, 1e-6));
+        for (int n = 1; n <= 20; ++n) cube.deform(sheared(1e-3 * n));
+        const double energy = cube.density(), yielded = cube.yielded(*law);
+        for (int n = 1; n <= 36; ++n) {
+            cube.deform(rotation(2 * std::numbers::pi * n / 36, axis) * sheared(0.02));
+            CHECK_THAT(cube.density(), WithinRel(energy, 1e-9));
+        }
         CHECK_THAT(cube.yielded(*law), WithinRel(yielded, 1e-9));
     }
+}
+
+TEST_CASE("simple shear: families of bonds yield with J2, then resist a change of volume that is none",
+          "[verification]") {
+    const auto law = law_of("pd_lps", 0.3);
+    Cube cube(*law);
+    const auto to = [&](double from, double gamma) {
+        for (int n = 1; n <= 20; ++n) cube.deform(sheared(from + (gamma - from) * n / 20));
+        return cube.stress(gamma);
+    };
+    const double start = to(0, 0.01), later = to(0.01, 0.1), bulk = kYoung / 1.2;
+    CHECK_THAT(start / kSaturation, WithinRel(std::sqrt(1.110), 2e-3));
+    CHECK_THAT(later - start, WithinRel(2 * bulk * 0.16 * 1e-3, 0.1));  // (3), to the next order in gamma
 }
 
 /// Every row of tests/bench/studies/shear.py, which runs this.
@@ -141,6 +159,10 @@ TEST_CASE("simple shear: table", "[.shear][verification]") {
     for (const Case& c : kBondLaws) {
         const auto law = law_of(c.law, c.poisson, c.more);
         Cube cube(*law);
-        for (int n = 1; n <= steps; ++n) print_row(c.name, n, 5.0 * n / steps, cube.stress(sheared(5.0 * n / steps)));
+        for (int n = 1; n <= steps; ++n) {
+            const double gamma = 5.0 * n / steps;
+            cube.deform(sheared(gamma));
+            print_row(c.name, n, gamma, cube.stress(gamma));
+        }
     }
 }
