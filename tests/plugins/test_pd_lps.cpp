@@ -296,8 +296,7 @@ TEST_CASE("pd_lps: small families of metals yield in single precision as in doub
         const auto squeeze = [](const Vec3& X) -> Vec3 { return {0.98 * X[0], 1.01 * X[1], 1.01 * X[2]}; };
         a.move(squeeze), b.move(squeeze);
         a.evaluate(), b.evaluate();
-        for (std::size_t p = 0; p < a.size(); ++p)
-            CHECK((a.force(p) - b.force(p)).norm() <= 1e-3 * b.largest_force());
+        for (std::size_t p = 0; p < a.size(); ++p) CHECK((a.force(p) - b.force(p)).norm() <= 1e-3 * b.largest_force());
     }
 }
 

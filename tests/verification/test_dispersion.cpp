@@ -97,8 +97,7 @@ double elastic_sum(const Lattice& at, const Wave& wave, double ratio) {
     const double lambda = 1.2 * kYoung / (1 + 2 * ratio), w = 5 / at.sum([](const Vec3&) { return 1.0; });
     const double K = w * at.sum([](const Vec3& X) { return X.squaredNorm(); }) / 3;  // the lattice's is isotropic
     const Vec3 g = w / K * at.sum([&](const Vec3& X) -> Vec3 { return X * std::sin(wave.k.dot(X)); });
-    const double springs =
-        at.sum([&](const Vec3& X) { return X.norm() > 0 ? swing(X, wave) / X.squaredNorm() : 0; });
+    const double springs = at.sum([&](const Vec3& X) { return X.norm() > 0 ? swing(X, wave) / X.squaredNorm() : 0; });
     const double averaged = at.sum([&](const Vec3& X) { return share(X, wave.p) * share(X, g.normalized()); });
     return 2 * lambda * w * (springs + ratio * averaged * g.squaredNorm()) / kDensity;  // (3)
 }
@@ -109,7 +108,8 @@ std::vector<Wave> waves(double horizon) {
     const Vec3 diagonal = (x + y).normalized(), across = (x - y).normalized();
     std::vector<Wave> all;
     for (const double k : {0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0})
-        for (const auto& [along, p] : {std::pair<Vec3, Vec3>{x, x}, {x, y}, {diagonal, diagonal}, {diagonal, across}, {diagonal, z}})
+        for (const auto& [along, p] :
+             {std::pair<Vec3, Vec3>{x, x}, {x, y}, {diagonal, diagonal}, {diagonal, across}, {diagonal, z}})
             all.push_back({k / (horizon * kSpacing) * along, p});
     return all;
 }
@@ -142,7 +142,8 @@ TEST_CASE("dispersion: every bond law has the frequencies of its lattice sum", "
         }
         for (const double ratio : {0.0, 0.1, 1.0}) {
             Lattice elastic("pd_elastic", fmt::format("bending_ratio = {}", ratio), horizon);
-            for (const Wave& wave : waves(horizon)) compare(elastic.frequency2(wave), elastic_sum(elastic, wave, ratio));
+            for (const Wave& wave : waves(horizon))
+                compare(elastic.frequency2(wave), elastic_sum(elastic, wave, ratio));
         }
     }
     std::cout << fmt::format("dispersion: largest difference of w^2 from the lattice sum {:.1e}\n", worst);
@@ -157,8 +158,10 @@ TEST_CASE("dispersion: phase speeds approach the continuum's as h shrinks", "[ve
         Lattice bond("pd_bond", partial, horizon), lps("pd_lps", partial, horizon),
             stiff("pd_lps", partial + "poisson_ratio = 0.4", horizon);
         double worst = 0;
-        std::cout << fmt::format("delta/h = {}: k delta; v/v0 on the lattice and in the continuum: pd_bond P, S; "
-                                 "pd_lps P, S; pd_lps nu = 0.4 P\n", horizon);
+        std::cout << fmt::format(
+            "delta/h = {}: k delta; v/v0 on the lattice and in the continuum: pd_bond P, S; "
+            "pd_lps P, S; pd_lps nu = 0.4 P\n",
+            horizon);
         for (const Row& row : kContinuum) {
             const double k = row.k / (horizon * kSpacing);
             const auto speed = [&](Lattice& at, const Vec3& p, double local) {

@@ -23,9 +23,8 @@ double checkerboard(const ConstitutiveLaw<double>& law, double horizon) {
     constexpr int n = 13;
     Particles<double> points(law, lattice(n, kSpacing), kVolume);
     const double a = 0.05 * kSpacing;
-    points.move([&](const Vec3& X) -> Vec3 {
-        return X + (std::lround(X.sum() / kSpacing) % 2 == 0 ? a : -a) * Vec3::UnitX();
-    });
+    points.move(
+        [&](const Vec3& X) -> Vec3 { return X + (std::lround(X.sum() / kSpacing) % 2 == 0 ? a : -a) * Vec3::UnitX(); });
     points.evaluate();
     return points.force(middle(n)).norm() / kVolume / (kModulus * 2 * a / kSpacing / (horizon * kSpacing));
 }
@@ -35,10 +34,10 @@ double checkerboard(const ConstitutiveLaw<double>& law, double horizon) {
 TEST_CASE("modes: a checkerboard is resisted, but not by averaged bonds alone", "[verification]") {
     for (const double horizon : {2.01, 3.015}) {
         const std::string reach = fmt::format("horizon = {}\n", horizon);
-        const double averaged = checkerboard(*make<ConstitutiveLaw, double>(
-                                                 "pd_elastic", reach + "calibration = \"paper\"\nmu = 6e5\nlambda = 0\n",
-                                                 {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0}),
-                                             horizon);
+        const double averaged = checkerboard(
+            *make<ConstitutiveLaw, double>("pd_elastic", reach + "calibration = \"paper\"\nmu = 6e5\nlambda = 0\n",
+                                           {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 0}),
+            horizon);
         std::cout << fmt::format("checkerboard, horizon {}: mu only {:.1e}", horizon, averaged);
         for (const char* name : {"pd_bond", "pd_lps", "pd_elastic"}) {
             const double resisted = checkerboard(*law_of(name, reach), horizon);

@@ -25,7 +25,8 @@ const double kSaturation = kYield / std::numbers::sqrt3;  // (1)
 
 ModelPtr<ConstitutiveLaw, double> law_of(const std::string& name, double poisson, const std::string& more = "") {
     return make<ConstitutiveLaw, double>(
-        name, fmt::format("youngs_modulus = {}\nyield_stress = {}\npoisson_ratio = {}\n{}", kYoung, kYield, poisson, more),
+        name,
+        fmt::format("youngs_modulus = {}\nyield_stress = {}\npoisson_ratio = {}\n{}", kYoung, kYield, poisson, more),
         {.density = 8000, .particle_spacing = kSpacing, .grid_spacing = 2 * kSpacing});
 }
 Matrix3d sheared(double gamma) {
@@ -71,7 +72,8 @@ public:
         const LawNeeds needs = law.needs();
         double sum = 0;
         for (std::uint32_t k = 0; k < needs.bond_state.size; ++k)
-            for (std::size_t s = 0; std::string(needs.bond_state.data[k].name) == "plastic_strain" && s < points_.bonds().size(); ++s)
+            for (std::size_t s = 0;
+                 std::string(needs.bond_state.data[k].name) == "plastic_strain" && s < points_.bonds().size(); ++s)
                 sum += std::abs(points_.block().bond_state[k][s]);
         return sum;
     }

@@ -193,7 +193,8 @@ private:
         if (gain <= 0) return;
         const double strain = std::sqrt(5 * static_cast<double>(reduce(stress2)) / gain);
         Real& yielded = b.particle_state[at.family_hardening][0][i];
-        const double allowed = (by_stress_ ? limit_ : limit_ * double(unit) * std::sqrt(5 / gain)) + hardening_ * double(yielded);
+        const double allowed =
+            (by_stress_ ? limit_ : limit_ * double(unit) * std::sqrt(5 / gain)) + hardening_ * double(yielded);
         if (strain <= allowed) return;
         const double flow = factor_ * (strain - allowed) / (1 + hardening_);
         yielded += static_cast<Real>(flow);
