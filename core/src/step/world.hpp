@@ -86,10 +86,16 @@ struct NearObstacles {
     bool faces;
 };
 
+/// A tile, and a second one where the grid keeps the velocity before forces.
+template <class Real>
+struct Tiles {
+    AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
+};
+
 /// Buffers of one worker.
 template <class Real>
 struct Scratch {
-    AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
+    Tiles<Real> now, next;  ///< to gather from or scatter to; to scatter to while `now` is gathered from
     FieldArray<Real> tau{kChunk, 6};
     FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9},
         force{kChunk, 3};  ///< bond laws' particles in grid order
@@ -120,6 +126,14 @@ private:
     std::vector<PassTime> passes_;
 };
 
+/// The step whose velocities the grid holds.
+struct GridMotion {
+    std::uint64_t step = 0;    ///< its number
+    double start = 0, dt = 0;  ///< [s]
+    double fastest = 0;        ///< largest speed of a node with mass, infinite when one is not finite [m/s]
+    bool owed = false;         ///< particles have not moved with it yet
+};
+
 /// Everything a step works on. The stages are free functions over it, one file each.
 template <class Real>
 struct World {
@@ -148,7 +162,10 @@ struct World {
     double time = 0;
     std::uint64_t steps = 0;
     double dt = 0;              ///< of the step being taken
-    double max_speed = 0;       ///< of the grid at particles, last step [m/s]
+    double max_speed = 0;  ///< of the grid at particles [m/s]: where gathers may be deferred, of the step before the last,
+                           ///< so that the next step is chosen alike whether the last gather has been done or not
+    double gathered_speed = 0;  ///< as the last gather found it
+    GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]
     double particle_bound = 0;  ///< particle transfer: the laws' stable step [s]
     double drift = 0;           ///< how far any particle may have moved since the sort [m]
@@ -161,6 +178,7 @@ struct World {
     PassTimer timer;
 
     double spacing() const { return scene.grid.spacing; }
+    void set_speed(double speed) { max_speed = gathered_speed = speed; }
     Scratch<Real>& own_scratch() { return scratch[Threads::current()]; }
 };
 
@@ -243,6 +261,12 @@ template <class Real>
 void unfold_images(World<Real>& w);
 template <class Real>
 void gather(World<Real>& w);
+/// Whether the next step need neither measure nor sort first, so that its scatter can follow the owed gather block by block.
+template <class Real>
+bool gather_can_wait(const World<Real>& w);
+/// The owed gather and the scatter of the present step in one pass over the particles.
+template <class Real>
+void gather_and_scatter(World<Real>& w);
 template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
