@@ -23,11 +23,12 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
     Scratch<Real>& s = w.own_scratch();
     load_tiles(w, block, s.now);
     clear(w, s.next);
-    double fastest2 = 0;
+    double fastest2 = 0, collided = 0;
     for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
         TransferBlock<Real> b = passing_through(w, make_transfer_block(w, m, block, first, size));
         w.transfer->gather(b);
         fastest2 = std::max(fastest2, static_cast<double>(b.fastest2));
+        if (!w.colliders.empty()) collided = std::max(collided, collide_run(w, b.x, b.v, size));
         b.dt = static_cast<Real>(w.dt);
         b.tile = s.next.tile.data();
         if (b.increment) b.increment = s.next.increment.data();
@@ -36,6 +37,7 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
     w.grid.add_tile_to(block, s.next.tile.data(), w.grid.next_nodes());
     if (w.transfer_needs.increment) w.grid.add_tile_to(block, s.next.increment.data(), w.grid.next_increments());
     w.partial[index] = fastest2;
+    w.collided[index] = collided;
 }
 
 }  // namespace
@@ -43,7 +45,10 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
 template <class Real>
 bool gather_can_wait(const World<Real>& w) {
     constexpr double rounding = static_cast<double>(std::numeric_limits<Real>::epsilon());
-    const double farthest_move = (1 + 100 * rounding) * w.motion.dt * w.motion.fastest + rounding * w.farthest;
+    // Contact takes at most the velocity relative to a collider.
+    const double change = w.colliders.empty() ? 0.0 : w.motion.fastest + fastest_collider(w);
+    const double farthest_move =
+        (1 + 100 * rounding) * w.motion.dt * (w.motion.fastest + change) + rounding * w.farthest;
     return w.steps % kMeasureInterval != 0 &&
            w.drift + farthest_move <= sort_margin(w.transfer_needs.order) * w.spacing();
 }
@@ -52,10 +57,13 @@ template <class Real>
 void gather_and_scatter(World<Real>& w) {
     w.timer("clear grid", [&] { clear_nodes(w, w.grid.next_nodes(), w.grid.next_increments()); });
     w.timer("gather, stress and scatter", [&] {
-        w.partial.resize(std::max(w.partial.size(), w.grid.particle_blocks().size()));
+        const std::size_t blocks = w.grid.particle_blocks().size();
+        w.partial.resize(std::max(w.partial.size(), blocks));
+        w.collided.resize(std::max(w.collided.size(), blocks));
         for_each_block_by_colour(w, [&](std::size_t b) { move_and_scatter_block(w, b); });
         w.grid.swap_nodes();
         note_gathered_speed(w);
+        w.drift += w.motion.dt * *std::max_element(w.collided.begin(), w.collided.begin() + blocks);
     });
 }
 

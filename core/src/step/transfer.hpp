@@ -6,11 +6,11 @@
 
 namespace perimpm {
 
-/// Whether gathers may wait for the scatter of the next step: particles of local laws on a grid that nothing else moves or
-/// pushes between the two.
+/// Whether gathers may wait for the scatter of the next step: particles of local laws on a grid, which no condition pushes
+/// between the two.
 template <class Real>
 bool may_defer_gather(const World<Real>& w) {
-    return w.transfer_needs.grid && w.colliders.empty() && w.conditions.list.empty() &&
+    return w.transfer_needs.grid && w.conditions.list.empty() &&
            std::none_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.has_bonds(); });
 }
 

@@ -158,6 +158,7 @@ struct World {
     DomainImages images;                 ///< of the domain's faces that are mirrors or periodic
     std::vector<Scratch<Real>> scratch;  ///< by worker
     std::vector<double> partial;         ///< by block or chunk, for ordered reductions
+    std::vector<double> collided;        ///< by block: largest change of a velocity by colliders [m/s]
 
     double time = 0;
     std::uint64_t steps = 0;
@@ -271,6 +272,12 @@ template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
+/// Step 6 for `size` particles with positions x and velocities v. Returns the largest change of a velocity [m/s].
+template <class Real>
+double collide_run(const World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size);
+/// The largest speed of a collider [m/s].
+template <class Real>
+double fastest_collider(const World<Real>& w);
 template <class Real>
 Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, const std::function<void()>& step);
 /// Forces of one chunk's block, from packed positions; notes its largest stretch where a criterion may ask for it.
