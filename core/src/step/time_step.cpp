@@ -45,10 +45,15 @@ void measure_bounds(World<Real>& w) {
 }
 
 template <class Real>
-double fastest_motion(const World<Real>& w) {
-    double speed = w.max_speed;
+double fastest_collider(const World<Real>& w) {
+    double speed = 0;
     for (const Collider& collider : w.colliders) speed = std::max(speed, collider.max_speed());
     return speed;
+}
+
+template <class Real>
+double fastest_motion(const World<Real>& w) {
+    return std::max(w.max_speed, fastest_collider(w));
 }
 
 template <class Real>
@@ -80,6 +85,8 @@ double choose_time_step(World<Real>& w, double longest) {
 
 template void measure_bounds(World<float>&);
 template void measure_bounds(World<double>&);
+template double fastest_collider(const World<float>&);
+template double fastest_collider(const World<double>&);
 template double fastest_motion(const World<float>&);
 template double fastest_motion(const World<double>&);
 template double time_step_bound(const World<float>&, double);
