@@ -50,9 +50,8 @@ void scatter(World<Real>& w) {
     w.timer("clear grid", [&] { clear_nodes(w, w.grid.nodes(0), w.grid.increments(0)); });
     const bool stress =
         std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return !m.has_bonds(); });
-    w.timer(stress ? "stress and scatter" : "scatter", [&] {
-        for_each_block_by_colour(w, [&](std::size_t b) { scatter_block(w, b); });
-    });
+    w.timer(stress ? "stress and scatter" : "scatter",
+            [&] { for_each_block_by_colour(w, [&](std::size_t b) { scatter_block(w, b); }); });
 }
 
 template void scatter(World<float>&);

@@ -162,9 +162,10 @@ struct World {
 
     double time = 0;
     std::uint64_t steps = 0;
-    double dt = 0;              ///< of the step being taken
-    double max_speed = 0;  ///< of the grid at particles [m/s]: where gathers may be deferred, of the step before the last,
-                           ///< so that the next step is chosen alike whether the last gather has been done or not
+    double dt = 0;  ///< of the step being taken
+    double max_speed =
+        0;  ///< of the grid at particles [m/s]: where gathers may be deferred, of the step before the last,
+            ///< so that the next step is chosen alike whether the last gather has been done or not
     double gathered_speed = 0;  ///< as the last gather found it
     GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]

@@ -39,11 +39,11 @@ struct TransferBlock {
 
 struct TransferNeeds {
     bool grid = true;
-    bool affine = false;      ///< an affine velocity field C per particle
-    bool increment = false;   ///< the grid keeps the velocity before forces (FLIP)
+    bool affine = false;        ///< an affine velocity field C per particle
+    bool increment = false;     ///< the grid keeps the velocity before forces (FLIP)
     bool own_velocity = false;  ///< gather reads the velocities that particles had (FLIP); else they may hold anything
-    std::uint32_t order = 0;  ///< B-spline degree; 0 without grid
-    double courant = 0;       ///< largest stable (c + |v|) dt / dx
+    std::uint32_t order = 0;    ///< B-spline degree; 0 without grid
+    double courant = 0;         ///< largest stable (c + |v|) dt / dx
 };
 
 /// Carries mass, momentum and forces between particles and grid, or moves particles without one.
