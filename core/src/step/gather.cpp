@@ -34,15 +34,15 @@ template <class Real>
 void note_gathered_speed(World<Real>& w) {
     const GridMotion& motion = w.motion;
     double fastest2 = 0;
-    for (std::size_t b = 0; b < w.grid.particle_blocks().size(); ++b) {
-        if (std::isnan(w.partial[b])) {
+    for (const BlockFindings& found : w.found) {
+        if (std::isnan(found.speed2)) {
             w.drift = w.spacing();  // a further step must sort first, which names the particle
             throw SimulationError(fmt::format(
                 "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
                 "lower simulation.safety or dt, or check the material's parameters",
                 motion.step, motion.start, motion.dt));
         }
-        fastest2 = std::max(fastest2, w.partial[b]);
+        fastest2 = std::max(fastest2, found.speed2);
     }
     w.gathered_speed = std::sqrt(fastest2);
     if (!may_defer_gather(w)) w.max_speed = w.gathered_speed;
@@ -54,9 +54,8 @@ void note_gathered_speed(World<Real>& w) {
 /// finite.
 template <class Real>
 void gather(World<Real>& w) {
-    const std::size_t blocks = w.grid.particle_blocks().size();
-    w.partial.resize(std::max(w.partial.size(), blocks));
-    w.threads.run(blocks, [&](std::size_t index) {
+    w.found.resize(w.grid.particle_blocks().size());
+    w.threads.run(w.found.size(), [&](std::size_t index) {
         const ParticleBlock& block = w.grid.particle_blocks()[index];
         load_tiles(w, block, w.own_scratch().now);
         double fastest2 = 0;
@@ -68,7 +67,7 @@ void gather(World<Real>& w) {
             if (m.has_bonds()) unpack(w, m, b, first);
             fastest2 = std::isfinite(b.sum2) ? std::max(fastest2, static_cast<double>(b.fastest2)) : std::nan("");
         });
-        w.partial[index] = fastest2;
+        w.found[index] = {.speed2 = fastest2};
     });
     note_gathered_speed(w);
 }

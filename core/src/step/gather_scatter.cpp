@@ -18,17 +18,25 @@ TransferBlock<Real> passing_through(World<Real>& w, TransferBlock<Real> b) {
 }
 
 template <class Real>
+double measure(World<Real>& w, Material<Real>& m, std::size_t first, const TransferBlock<Real>& b) {
+    Block<Real> law = make_block(w, m, first, b.size);
+    law.v = b.v;
+    return m.law->max_wave_speed(law);
+}
+
+template <class Real>
 void move_and_scatter_block(World<Real>& w, std::size_t index) {
     const ParticleBlock& block = w.grid.particle_blocks()[index];
     Scratch<Real>& s = w.own_scratch();
     load_tiles(w, block, s.now);
     clear(w, s.next);
-    double fastest2 = 0, collided = 0;
+    BlockFindings found;
     for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
         TransferBlock<Real> b = passing_through(w, make_transfer_block(w, m, block, first, size));
         w.transfer->gather(b);
-        fastest2 = std::max(fastest2, static_cast<double>(b.fastest2));
-        if (!w.colliders.empty()) collided = std::max(collided, collide_run(w, b.x, b.v, size));
+        found.speed2 = std::max(found.speed2, static_cast<double>(b.fastest2));
+        if (!w.colliders.empty()) found.collided = std::max(found.collided, collide_run(w, b.x, b.v, size));
+        if (measures_now(w)) found.wave_speed = std::max(found.wave_speed, measure(w, m, first, b));
         b.dt = static_cast<Real>(w.dt);
         b.tile = s.next.tile.data();
         if (b.increment) b.increment = s.next.increment.data();
@@ -36,8 +44,7 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
     });
     w.grid.add_tile_to(block, s.next.tile.data(), w.grid.next_nodes());
     if (w.transfer_needs.increment) w.grid.add_tile_to(block, s.next.increment.data(), w.grid.next_increments());
-    w.partial[index] = fastest2;
-    w.collided[index] = collided;
+    w.found[index] = found;
 }
 
 }  // namespace
@@ -49,21 +56,24 @@ bool gather_can_wait(const World<Real>& w) {
     const double change = w.colliders.empty() ? 0.0 : w.motion.fastest + fastest_collider(w);
     const double farthest_move =
         (1 + 100 * rounding) * w.motion.dt * (w.motion.fastest + change) + rounding * w.farthest;
-    return w.steps % kMeasureInterval != 0 &&
-           w.drift + farthest_move <= sort_margin(w.transfer_needs.order) * w.spacing();
+    return w.drift + farthest_move <= sort_margin(w.transfer_needs.order) * w.spacing();
 }
 
 template <class Real>
 void gather_and_scatter(World<Real>& w) {
     w.timer("clear grid", [&] { clear_nodes(w, w.grid.next_nodes(), w.grid.next_increments()); });
     w.timer("gather, stress and scatter", [&] {
-        const std::size_t blocks = w.grid.particle_blocks().size();
-        w.partial.resize(std::max(w.partial.size(), blocks));
-        w.collided.resize(std::max(w.collided.size(), blocks));
+        w.found.resize(w.grid.particle_blocks().size());
         for_each_block_by_colour(w, [&](std::size_t b) { move_and_scatter_block(w, b); });
         w.grid.swap_nodes();
         note_gathered_speed(w);
-        w.drift += w.motion.dt * *std::max_element(w.collided.begin(), w.collided.begin() + blocks);
+        BlockFindings most;
+        for (const BlockFindings& found : w.found) {
+            most.collided = std::max(most.collided, found.collided);
+            most.wave_speed = std::max(most.wave_speed, found.wave_speed);
+        }
+        w.drift += w.motion.dt * most.collided;
+        if (measures_now(w)) w.wave_speed = most.wave_speed;
     });
 }
 

@@ -114,7 +114,7 @@ private:
         if (local) writes.push_back("F");
         pass("gather", kEachStep, {"grid", "x"}, writes, {w_.scene.transfer.type});
         if (may_defer_gather(w_))
-            pass("gather, stress and scatter", "for both, between steps without a look, a sort or a measurement",
+            pass("gather, stress and scatter", "for both, between steps without a look or a sort",
                  {"grid", "x", "F", "mass", "volume"}, {"x", "F", "grid"}, models);
         if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"x", "v"});
     }

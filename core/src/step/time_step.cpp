@@ -66,12 +66,6 @@ double time_step_bound(const World<Real>& w, double wave_speed) {
 template <class Real>
 double choose_time_step(World<Real>& w, double longest) {
     const SimulationSpec& s = w.scene.simulation;
-    if (w.transfer_needs.grid && w.steps % kMeasureInterval == 0 && w.steps > 0)
-        w.timer("time step", [&] {
-            for (Material<Real>& m : w.materials)
-                if (m.has_bonds()) pack_positions(w, m);
-            measure_bounds(w);
-        });
     const double bound = time_step_bound(w, w.wave_speed);
     if (!s.dt && !std::isfinite(bound))
         throw InputError(s.dt_place.text(),
@@ -80,6 +74,12 @@ double choose_time_step(World<Real>& w, double longest) {
         if (w.steps == 0) throw InputError(s.dt_place.text(), excess_message(w, *s.dt, bound));
         throw SimulationError(fmt::format("step {}: {}", w.steps + 1, excess_message(w, *s.dt, bound)));
     }
+    if (measures_now(w) && !w.motion.owed)
+        w.timer("time step", [&] {
+            for (Material<Real>& m : w.materials)
+                if (m.has_bonds()) pack_positions(w, m);
+            measure_bounds(w);
+        });
     return std::min(s.dt ? *s.dt : s.safety * bound, longest);
 }
 

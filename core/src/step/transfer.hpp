@@ -98,7 +98,7 @@ void scatter_stressed(World<Real>& w, Material<Real>& m, std::size_t first, Tran
     w.transfer->scatter(b);
 }
 
-/// Notes how far the gather moved particles, from the squares of the largest speeds by block in `partial`.
+/// Notes how far the gather moved particles, from what was found by block.
 template <class Real>
 void note_gathered_speed(World<Real>& w);
 

@@ -134,6 +134,13 @@ struct GridMotion {
     bool owed = false;         ///< particles have not moved with it yet
 };
 
+/// What a gather, and what is done with the particles in the same pass, found in a block.
+struct BlockFindings {
+    double speed2 = 0;    ///< largest squared grid velocity at a particle, not a number if one is not finite [m^2/s^2]
+    double collided = 0;  ///< largest change of a velocity by colliders [m/s]
+    double wave_speed = 0;  ///< largest, if it was measured [m/s]
+};
+
 /// Everything a step works on. The stages are free functions over it, one file each.
 template <class Real>
 struct World {
@@ -158,7 +165,7 @@ struct World {
     DomainImages images;                 ///< of the domain's faces that are mirrors or periodic
     std::vector<Scratch<Real>> scratch;  ///< by worker
     std::vector<double> partial;         ///< by block or chunk, for ordered reductions
-    std::vector<double> collided;        ///< by block: largest change of a velocity by colliders [m/s]
+    std::vector<BlockFindings> found;    ///< by particle block
 
     double time = 0;
     std::uint64_t steps = 0;
@@ -219,6 +226,12 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
     return b;
 }
 
+/// Whether the state at the start of this step is measured; the next steps are chosen by what is found.
+template <class Real>
+bool measures_now(const World<Real>& w) {
+    return w.transfer_needs.grid && w.steps > 0 && w.steps % kMeasureInterval == 0;
+}
+
 /// Calls body(chunk number, block) for every fixed chunk of the material, in parallel.
 template <class Real, class Body>
 void for_each_chunk(World<Real>& w, Material<Real>& m, const Body& body) {
@@ -263,7 +276,7 @@ template <class Real>
 void unfold_images(World<Real>& w);
 template <class Real>
 void gather(World<Real>& w);
-/// Whether the next step need neither measure nor sort first, so that its scatter can follow the owed gather block by block.
+/// Whether the next step need not sort first, so that its scatter can follow the owed gather block by block.
 template <class Real>
 bool gather_can_wait(const World<Real>& w);
 /// The owed gather and the scatter of the present step in one pass over the particles.
