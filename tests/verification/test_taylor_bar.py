@@ -108,9 +108,8 @@ BOND_LAWS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOND_LAWS)
 def test_bond_laws_beside(name: str) -> None:
-    """Not a gate: bonds keep their reference directions and add up small strains, where the foot's reach 4. Their forces
-    stay at the yield limit but act along bonds that have turned into the flow and grown, so that the foot hardens with
-    its stretch (tests/bench/studies/shear.csv)."""
+    """Not a gate: a family's dilatation is linear in the lengths of its bonds, which grow with the flow though the volume
+    stays, so that the foot hardens without end and opens too little (test_simple_shear.cpp has the law of it)."""
     keys = "youngs_modulus = 117e9, yield_stress = 400e6, hardening_modulus = 100e6"
     bar = impact(4, f"material.copper.constitutive={{ {BOND_LAWS[name]}, {keys} }}", 'output.fields=["x", "v", "id"]')
     report(f"{name}, 4 cells", bar)

@@ -98,9 +98,9 @@ class Curve:
     expected: Array
     c: Array
 
-    def error(self, width: float) -> Array:
-        """Of the applied pressure, where the loaded layer flows."""
-        flowing = (self.c > INNER + width) & (self.c < 1.7)
+    def error(self, depth: float) -> Array:
+        """Of the applied pressure, where more than this depth flows: at least the loaded layer."""
+        flowing = (self.c > INNER + depth) & (self.c < 1.7)
         return np.asarray(self.applied[flowing] / self.expected[flowing] - 1)
 
 
@@ -160,21 +160,23 @@ def test_sphere() -> None:
     check(10, tolerance=0.03)
 
 
-BOND_LAWS: dict[str, Tree] = {
-    "pd_lps family": {"type": "pd_lps", "poisson_ratio": POISSON},
-    "deviatoric_plastic bond": {"type": "deviatoric_plastic"},
-    "deviatoric_plastic family": {"type": "deviatoric_plastic", "yield": "family"},
+# Yielding families. By depth of the plastic zone from where on they must meet the tolerance: moment-exact weights need
+# three shells, family weights only the loaded layer.
+BOND_LAWS: dict[str, tuple[Tree, float]] = {
+    "pd_lps": ({"type": "pd_lps", "poisson_ratio": POISSON, "surface": "family"}, 0.2),
+    "deviatoric_plastic": ({"type": "deviatoric_plastic", "yield": "family", "surface": "moment"}, 0.3),
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("surface", ["family", "moment"])
-@pytest.mark.parametrize("horizon", [2.01, 3.015])
 @pytest.mark.parametrize("name", BOND_LAWS)
-def test_bond_laws(name: str, horizon: float, surface: str, tmp_path: Path) -> None:
+def test_bond_laws(name: str, tmp_path: Path) -> None:
     """5 cells across the wall."""
-    law = {**BOND_LAWS[name], "youngs_modulus": YOUNG, "yield_stress": YIELD_STRESS, "horizon": horizon, "surface": surface}
+    law, depth = BOND_LAWS[name]
     width = (OUTER - INNER) / 5
+    law = {**law, "youngs_modulus": YOUNG, "yield_stress": YIELD_STRESS, "horizon": 2.01}
     sim = lattice_simulation(law, width / 2, tmp_path)
     curve = inflate(sim, width, float(pressure(1.65)), law.get("poisson_ratio", 0.25))
-    report(f"{name}, horizon {horizon}, {surface}", curve, width)
+    report(name, curve, width)
+    assert curve.c.max() > 1.55
+    assert np.abs(curve.error(depth)).max() < 0.03
