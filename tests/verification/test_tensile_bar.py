@@ -30,7 +30,7 @@ def elongation(law: Tree, across: int) -> float:
     ]
     sim = perimpm.Simulation(tree, threads=1)
     X = sim.particles.by_id("x")[:, 0]
-    sim.relax(residual=1e-6, max_steps=20_000)
+    sim.relax(residual=1e-6, max_steps=8000)
     u = sim.particles.by_id("x")[:, 0] - X
     return float(u[X > LENGTH - h].mean() / ((LENGTH - h / 2) / LENGTH) / ELONGATION)
 
@@ -58,14 +58,14 @@ def elongation_if_any(law: Tree, across: int) -> float:
 @pytest.mark.slow
 def test_table_of_treatments() -> None:
     """Elongation over the closed form, nan without equilibrium; less surface, less of its effect."""
-    print("\nlaw, horizon: none, family, moment at 3, 4, 8 particles across")
+    print("\nlaw, horizon: none, family, moment at 3, 4 particles across")
     for name in LAWS:
         for horizon in (2.01, 3.015):
             row = {
-                surface: [elongation_if_any(law_of(name, surface, horizon), across) for across in (3, 4, 8)]
+                surface: [elongation_if_any(law_of(name, surface, horizon), across) for across in (3, 4)]
                 for surface in ("none", "family", "moment")
             }
             print(f"{name:10} {horizon:5}: ", *(" ".join(f"{one:.3f}" for one in ratios) + ";" for ratios in row.values()))
             soft, stiff = row["none"], row["family"]
-            assert abs(soft[0] - 1) > abs(soft[2] - 1)
-            assert stiff[0] < stiff[1] < stiff[2] < 1
+            assert abs(soft[0] - 1) > abs(soft[1] - 1)
+            assert stiff[0] < stiff[1] < 1
