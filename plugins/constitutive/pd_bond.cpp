@@ -25,7 +25,7 @@ constexpr ParamSpec kParams[] = {
      .default_text = "lattice",
      .choices = "lattice|continuum",
      .doc = "bond stiffness that meets youngs_modulus on the particles' lattice, or for infinitely many particles"},
-    surface_param("family"),
+    surface_param("moment"),
     volume_correction_param(),
 };
 enum ParticleState { kNormalisation };

@@ -34,7 +34,7 @@ constexpr ParamSpec kParams[] = {
     horizon_param(),
     horizon_length_param(),
     influence_param(),
-    surface_param("family"),
+    surface_param("moment"),
     volume_correction_param(),
     yield_stress_param(),
     {.key = "yield_psi",

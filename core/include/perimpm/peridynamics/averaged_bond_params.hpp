@@ -40,7 +40,7 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
     horizon_param(),
     horizon_length_param(),
     influence_param(),
-    surface_param("family"),
+    surface_param("moment"),
 };
 
 /// mu and lambda of the paper [Pa].

@@ -11,7 +11,7 @@ namespace perimpm::peridynamics {
 
 constexpr ParamSpec horizon_param() {
     return {
-        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"};
+        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 2.25, .doc = "how far bonds reach"};
 }
 constexpr ParamSpec horizon_length_param() {
     return {.key = "horizon_length",
@@ -32,7 +32,7 @@ inline double horizon_of(const Params& p) {
 constexpr ParamSpec influence_param() {
     return {.key = "influence",
             .kind = ParamKind::choice,
-            .default_text = "constant",
+            .default_text = "linear",
             .choices = "constant|linear|cubic|gaussian|inverse",
             .doc =
                 "weight of a bond of length r horizons: the same for all, 1 - r (the paper's), 1 - 3 r^2 + 2 r^3, "
