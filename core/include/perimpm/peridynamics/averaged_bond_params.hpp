@@ -40,6 +40,7 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
     horizon_param(),
     horizon_length_param(),
     influence_param(),
+    volume_correction_param(),
     surface_param("moment"),
 };
 
