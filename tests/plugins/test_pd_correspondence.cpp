@@ -92,7 +92,7 @@ TEST_CASE("pd_correspondence: stabilisation resists the checkerboard that F- doe
 }
 
 TEST_CASE("pd_correspondence: a law that flows leaves the same stress as by itself", "[constitutive]") {
-    const std::string table = "youngs_modulus = 1e6, poisson_ratio = 0.3, yield_stress = 1e4, hardening_modulus = 1e5";
+    const std::string table = "youngs_modulus = 1e6, poisson_ratio = 0.3, yield_stress = 1e4, hardening = 1e5";
     const auto law = correspondence("", "law = { type = \"von_mises\", " + table + " }\n");
     std::string lines = table;
     std::replace(lines.begin(), lines.end(), ',', '\n');

@@ -132,7 +132,13 @@ def test_without_a_clamp_the_local_law_is_exact() -> None:
 
 
 # Must show 3 holds for these.
-DEFAULTS: dict[str, Tree] = {name: {"type": name, "youngs_modulus": YOUNG} for name in ("pd_elastic", "pd_lps")}
+CORRESPONDENCE: Tree = {"type": "pd_correspondence", "law": FIXED_COROTATED}
+DEFAULTS: dict[str, Tree] = {
+    "pd_elastic": PD_ELASTIC,
+    "pd_lps": {"type": "pd_lps", "youngs_modulus": YOUNG},
+    "pd_correspondence": CORRESPONDENCE,
+    "pd_correspondence grid": CORRESPONDENCE | {"divergence": "grid"},
+}
 OTHERS: dict[str, Tree] = {"pd_bond": {"type": "pd_bond", "youngs_modulus": YOUNG}}
 
 
