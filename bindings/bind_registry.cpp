@@ -55,6 +55,8 @@ const char* kind_name(ParamKind kind) {
             return "table";
         case ParamKind::list:
             return "list";
+        case ParamKind::model:
+            return "model";
     }
     return "";
 }

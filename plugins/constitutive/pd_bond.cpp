@@ -26,7 +26,7 @@ constexpr ParamSpec kParams[] = {
      .default_text = "lattice",
      .choices = "lattice|continuum",
      .doc = "bond stiffness that meets youngs_modulus on the particles' lattice, or for infinitely many particles"},
-    surface_param("family"),
+    surface_param("moment"),
     volume_correction_param(),
 };
 enum ParticleState { kNormalisation };
@@ -46,12 +46,10 @@ public:
     explicit PdBond(const Params& p)
         : youngs_modulus_{p["youngs_modulus"]},
           density_{p.context().density},
-          spacing_{p.context().particle_spacing},
           horizon_{horizon_of(p)},
           surface_{surface_of(p)},
-          partial_{p.is("volume_correction", "linear")},
-          reach_{partial_ ? reach_of_cells(horizon_, spacing_) : horizon_},
-          lattice_{lattice_sum(reach_, spacing_, [&](double X) { return X * beta(X); })},
+          beta_{p, horizon_},
+          lattice_{lattice_sum(beta_.reach(), p.context().particle_spacing, [&](double X) { return X * beta_(X); })},
           full_{lattice_} {
         if (p.is("calibration", "continuum")) {
             if (p.given("surface") && surface_ != Surface::none)
@@ -64,7 +62,7 @@ public:
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .reports_stretch = true,
-                   .horizon = reach_,
+                   .horizon = beta_.reach(),
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
@@ -74,7 +72,7 @@ public:
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
-        const auto weight = [this](double X) { return X * beta(X); };
+        const auto weight = [this](double X) { return X * beta_(X); };
         const FamilyWeights<Real> weights(surface_, 9 * bulk_modulus(youngs_modulus_, kPoissonRatio), full_,
                                           weight);  // (3)
         weights.initialise(
@@ -123,12 +121,9 @@ public:
     }
 
 private:
-    double beta(double X) const { return partial_ ? share_inside(X, horizon_, spacing_) : 1.0; }  // (4)
-
-    double youngs_modulus_, density_, spacing_, horizon_;
+    double youngs_modulus_, density_, horizon_;
     Surface surface_;
-    bool partial_;
-    double reach_;
+    VolumeShare beta_;       ///< (4)
     double lattice_, full_;  ///< sum |X| beta V over the full lattice, and what stands for it in (3) [m^4]
 };
 }  // namespace

@@ -34,7 +34,7 @@ constexpr ParamSpec kParams[] = {
     horizon_param(),
     horizon_length_param(),
     influence_param(),
-    surface_param("family"),
+    surface_param("moment"),
     volume_correction_param(),
     yield_stress_param(),
     {.key = "yield_psi",
@@ -69,9 +69,7 @@ public:
           bulk_{bulk_modulus(youngs_modulus_, poisson_ratio_)},
           shear_{youngs_modulus_ / (2 * (1 + poisson_ratio_))},
           density_{p.context().density},
-          horizon_{horizon_of(p)},
-          influence_{p, horizon_},
-          reach_{influence_.reach()},
+          influence_{p, horizon_of(p)},
           weights_{make_weights(p)},
           flow_{p, 15 * shear_, 3 * shear_, 1.0, "yield_psi"},
           particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
@@ -82,7 +80,7 @@ public:
         return {.bonds = true,
                 .prepare = true,
                 .reports_stretch = true,
-                .horizon = reach_,
+                .horizon = influence_.reach(),
                 .rounds = 2,
                 .particle_state = kept(particle_fields_),
                 .bond_state = kept(bond_fields_),
@@ -175,20 +173,14 @@ private:
         b.largest_stretch = stretch_of(hmax(extension));
     }
 
-    FamilyWeights<Real> make_weights(const Params& p) {
-        const double h = p.context().particle_spacing, horizon = horizon_;
-        const bool partial = p.is("volume_correction", "linear");
-        if (partial) reach_ = reach_of_cells(horizon, h);
-        const auto moment = [=, w = influence_](double x) {
-            const double share = partial ? share_inside(x, horizon, h) : 1.0;  // (6)
-            return share > 0 ? std::fmax(w(x), 0.0) * share * x * x : 0.0;
-        };
-        return {surface_of(p), 1.0, lattice_sum(reach_, h, moment), moment};  // (1): sum w x^2 V / m = 1
+    FamilyWeights<Real> make_weights(const Params& p) const {
+        const auto moment = [w = influence_](double x) { return w(x) * x * x; };
+        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context().particle_spacing, moment),
+                moment};  // (1): sum w x^2 V / m = 1
     }
 
-    double youngs_modulus_, poisson_ratio_, bulk_, shear_, density_, horizon_;
+    double youngs_modulus_, poisson_ratio_, bulk_, shear_, density_;
     Influence influence_;
-    double reach_;
     FamilyWeights<Real> weights_;
     BondFlow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_;

@@ -18,7 +18,9 @@ ModelPtr<ConstitutiveLaw, double> plastic(const std::string& table) {
     return make<ConstitutiveLaw, double>("deviatoric_plastic", table, kContext);
 }
 std::string paper(double mu, double lambda) {
-    return fmt::format("calibration = \"paper\"\nmu = {:.17g}\nlambda = {:.17g}\n", mu, lambda);
+    return fmt::format(
+        "calibration = \"paper\"\nsurface = \"family\"\ninfluence = \"constant\"\nmu = {:.17g}\nlambda = {:.17g}\n", mu,
+        lambda);
 }
 double* bond_field(Particles<double>& particles, const ConstitutiveLaw<double>& law, const std::string& name) {
     const LawNeeds needs = law.needs();
@@ -151,7 +153,7 @@ TEST_CASE("deviatoric_plastic: the printed return multiplies the excess by -2 mu
 
 TEST_CASE("deviatoric_plastic: pd_elastic bit for bit without yield and while nothing has yielded", "[constitutive]") {
     for (const char* yield : {"", "yield_stress = 1e9\n", "yield_psi = 1e35\nyield = \"family\"\n"})
-        for (const char* more : {"", "bending_ratio = 0.0\n", "influence = \"linear\"\n", "surface = \"moment\"\n"}) {
+        for (const char* more : {"", "bending_ratio = 0.0\n", "influence = \"constant\"\n", "surface = \"family\"\n"}) {
             CAPTURE(yield, more);
             const std::string table = std::string("youngs_modulus = 1e6\n") + more;
             const auto elastic = make<ConstitutiveLaw, double>("pd_elastic", table, kContext);

@@ -28,7 +28,7 @@ Particles<double> cube(const ConstitutiveLaw<double>& law, int count) {
 
 TEST_CASE("pd_bond: small-strain stiffness is the lattice sum over the own family", "[constitutive]") {
     for (const char* horizon : {"2.01", "3.015"}) {
-        const auto law = pd_bond(std::string("horizon = ") + horizon);
+        const auto law = pd_bond(std::string("surface = \"family\"\nhorizon = ") + horizon);
         auto particles =
             cube(*law, 13);  // a pair takes the mean of two constants: the neighbours' families are whole, too
         const std::size_t p = middle(13);

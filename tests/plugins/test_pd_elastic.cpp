@@ -54,8 +54,9 @@ TEST_CASE("pd_elastic: small-strain stiffness is the lattice sum over the own fa
                           {3e5, 0.0, 3.015, "constant"},
                           {0.0, 5e5, 2.01, "constant"}}) {
         CAPTURE(c.mu, c.lambda, c.horizon, c.influence);
-        const auto law = pd_elastic(
-            paper(c.mu, c.lambda, "horizon = " + std::to_string(c.horizon) + "\ninfluence = \"" + c.influence + '"'));
+        const auto law = pd_elastic(paper(
+            c.mu, c.lambda,
+            "horizon = " + std::to_string(c.horizon) + "\nsurface = \"family\"\ninfluence = \"" + c.influence + '"'));
         auto particles = cube(*law);
         const std::size_t p = middle(9);
         // C = (2 mu + lambda) sum_q w V_q nnnn with w V = 5 w^ V / sum_q w^ V
@@ -137,8 +138,8 @@ TEST_CASE("pd_elastic: under homogeneous strain averaged bonds are the bonds", "
 }
 
 TEST_CASE("pd_elastic: the variational form is minus the energy's gradient and conserves momenta", "[constitutive]") {
-    for (const char* more :
-         {"", "surface = \"moment\"\n", "influence = \"linear\"\n", "influence = \"gaussian\"\nsurface = \"none\"\n"}) {
+    for (const char* more : {"", "surface = \"family\"\n", "influence = \"constant\"\n",
+                             "influence = \"gaussian\"\nsurface = \"none\"\n"}) {
         CAPTURE(more);
         const auto law = pd_elastic(std::string("youngs_modulus = 1e6\nbending_ratio = 1.0\nhorizon = 2.01\n") + more);
         auto particles = cube(*law, 5);
@@ -151,7 +152,7 @@ TEST_CASE("pd_elastic: the variational form is minus the energy's gradient and c
 TEST_CASE("pd_elastic: moment-exact weights have the modulus along every direction, at faces as well",
           "[constitutive]") {
     // sum w V n n n n = (1 1 + 1 1 + 1 1)/3: C11 = 3 C12 = 3 C44 = (2 mu + lambda) = 1.2 E
-    const auto law = pd_elastic("youngs_modulus = 1e6\nsurface = \"moment\"\nhorizon = 2.01");
+    const auto law = pd_elastic("youngs_modulus = 1e6\nhorizon = 2.01\ninfluence = \"constant\"");
     auto particles = cube(*law, 7);
     for (const std::size_t p : {middle(7), middle(7) - 3}) {
         const Stiffness C = measure_stiffness(particles, p, kVolume);

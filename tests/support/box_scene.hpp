@@ -29,6 +29,9 @@ using Overrides = std::vector<std::string>;
 inline const std::string kBonds = R"(material.rubber.constitutive={ type = "pd_bond", youngs_modulus = 1e5 })";
 inline const std::string kElastic =
     R"(material.rubber.constitutive={ type = "pd_elastic", youngs_modulus = 1e5, horizon = 1.1 })";
+inline const std::string kStresses =
+    R"(material.rubber.constitutive={ type = "pd_correspondence", divergence = "grid",)"
+    R"( law = { type = "fixed_corotated", youngs_modulus = 1e5, poisson_ratio = 0.25 } })";
 inline const std::string kNoGrid = R"(transfer={ type = "particle" })";
 inline const std::string kNeverBreaks =
     R"(material.rubber.fracture={ type = "critical_stretch", critical_stretch = 1e3 })";

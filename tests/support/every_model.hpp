@@ -27,6 +27,10 @@ inline std::string smallest_table(perimpm::Family family, const std::string& nam
         const bool modulus = std::string(spec.key) == "youngs_modulus";
         const bool has_default = !std::isnan(spec.default_value) || spec.default_text || spec.optional;
         if (has_default && !modulus) continue;
+        if (spec.kind == perimpm::ParamKind::model) {
+            table += fmt::format("{} = {{ type = \"fixed_corotated\", youngs_modulus = 1e6 }}\n", spec.key);
+            continue;
+        }
         const double low = spec.range.low, high = spec.range.high;
         const double value = std::string(spec.unit) == "Pa"              ? 1e6
                              : std::isfinite(low) && std::isfinite(high) ? (low + high) / 2

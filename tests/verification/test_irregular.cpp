@@ -24,8 +24,10 @@ constexpr double kWave = std::numbers::pi / 2;                 // 1/m
 const double kSpeed = std::sqrt(kYoung / kDensity), kOmega = kWave * kSpeed / 1.002;
 
 constexpr const char* kFixedCorotated = R"({ type = "fixed_corotated", youngs_modulus = 1e6, poisson_ratio = 0.25 })";
-constexpr const char* kPeridynamic = R"({ type = "pd_elastic", youngs_modulus = 1e6, horizon = 3.015 })";
-constexpr const char* kShortHorizon = R"({ type = "pd_elastic", youngs_modulus = 1e6, horizon = 2.01 })";
+constexpr const char* kPeridynamic =
+    R"({ type = "pd_elastic", youngs_modulus = 1e6, horizon = 3.015, influence = "constant", surface = "family" })";
+constexpr const char* kShortHorizon =
+    R"({ type = "pd_elastic", youngs_modulus = 1e6, horizon = 2.01, influence = "constant", surface = "family" })";
 
 std::string bar(const std::string& law, double h) {
     return fmt::format(R"(format = 1

@@ -9,6 +9,7 @@
 
 #include "lattice.hpp"
 #include "perimpm/error.hpp"
+#include "random.hpp"
 
 namespace perimpm {
 
@@ -51,6 +52,12 @@ std::vector<Vec3> sample_lattice(const Shape& shape, double spacing) {
     std::vector<Vec3> points;
     for (const auto& layer : layers) points.insert(points.end(), layer.begin(), layer.end());
     return points;
+}
+
+void jitter(std::vector<Vec3>& points, double reach, std::uint64_t seed) {
+    Random random(seed);
+    for (Vec3& x : points)
+        for (int c = 0; c < 3; ++c) x[c] += reach * (2 * random.unit() - 1);
 }
 
 double measure_volume(const Shape& shape, double spacing) {

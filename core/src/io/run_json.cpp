@@ -46,7 +46,7 @@ Json passes_json(const Simulation& simulation) {
 Json seeds_json(const Scene& scene) {
     Json seeds = Json::object();
     for (const BodySpec& body : scene.bodies)
-        if (body.poisson) seeds[body.name] = body.seed;
+        if (body.poisson || body.jitter > 0) seeds[body.name] = body.seed;
     return seeds;
 }
 

@@ -66,6 +66,8 @@ BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
     const std::string what = describe(table, default_name);
     const Reader r{table, keys::kBody, what};
     check_shape(*r.value("shape"), what, scene.folder, true);
+    if (r.text("sampling") == "poisson" && r.number("jitter") > 0)
+        r.fail("jitter", "moves points of a lattice: Poisson points are irregular by themselves");
     return {
         .name = r.given("name") ? r.text("name") : default_name,
         .material = material_index(r, scene.materials),
@@ -73,6 +75,7 @@ BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
         .particle_spacing = read_particle_spacing(r, scene.grid),
         .particles_per_cell = r.number("particles_per_cell"),
         .poisson = r.text("sampling") == "poisson",
+        .jitter = r.number("jitter"),
         .seed = static_cast<std::uint64_t>(r.integer("seed")),
         .velocity = vec3(r, "initial_velocity"),
         .angular_velocity = vec3(r, "initial_angular_velocity"),

@@ -33,6 +33,8 @@ std::string expected_kind(const ParamSpec& spec) {
             return "a table";
         case ParamKind::list:
             return "a list";
+        case ParamKind::model:
+            return "a table { type = constitutive plugin, its parameters }";
     }
     return "a value";
 }
@@ -47,8 +49,9 @@ std::string expected_words(const ParamSpec& spec) {
 
 /// For the two usual slips: a model or shape named by its bare type, and one bracket too few.
 std::string remedy(const Value& value, const ParamSpec& spec) {
-    const bool takes_type = std::string_view{spec.doc}.starts_with("{ type");
-    if (spec.kind == ParamKind::table && takes_type && std::holds_alternative<std::string>(value.data))
+    const bool takes_type = spec.kind == ParamKind::model ||
+                            (spec.kind == ParamKind::table && std::string_view{spec.doc}.starts_with("{ type"));
+    if (takes_type && std::holds_alternative<std::string>(value.data))
         return fmt::format("\n  write {} = {{ type = {}, ... }}", spec.key, value.to_toml());
     if (spec.kind == ParamKind::list && value.is_table())
         return fmt::format("\n  write [[{0}]], with two brackets, above the keys of each {0}", spec.key);

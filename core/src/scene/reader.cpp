@@ -9,6 +9,7 @@
 
 #include "perimpm/error.hpp"
 #include "scene/checks.hpp"
+#include "scene/models.hpp"
 
 namespace perimpm {
 namespace {
@@ -60,6 +61,23 @@ Ramp read_ramp(const Value& value, const ParamSpec& spec, const std::string& wha
 
 }  // namespace
 
+/// A model inside this one, by the key that names it.
+struct Reader::Inner {
+    std::string key;
+    ModelSpec spec;
+    ModelChoice choice;
+
+    Inner(const ParamSpec& param, const Value& table, const std::string& what)
+        : key{param.key},
+          spec{read_model(table, Family::constitutive, what)},
+          choice{spec.type.c_str(), spec.params->specs().data(), spec.params->values().data(),
+                 static_cast<std::uint32_t>(spec.params->specs().size())} {
+        for (const ParamSpec& own : spec.params->specs())
+            if (own.per_particle && spec.params->ramp(own.key))
+                spec.params->fail(own.key, "cannot vary per particle inside another model: give a number");
+    }
+};
+
 Reader::Reader(const Value& table, std::span<const ParamSpec> specs, std::string what,
                std::span<const char* const> extra)
     : table_{&table}, specs_{specs}, what_{std::move(what)} {
@@ -89,7 +107,12 @@ void Reader::refuse_unknown_keys(std::span<const char* const> extra) const {
     }
 }
 
-ParamValue Reader::read(const ParamSpec& spec) const {
+const ModelChoice* Reader::read_inner(const Value& table, const ParamSpec& spec) {
+    inner_.push_back(std::make_shared<const Inner>(spec, table, fmt::format("{}.{}", what_, spec.key)));
+    return &inner_.back()->choice;
+}
+
+ParamValue Reader::read(const ParamSpec& spec) {
     ParamValue out{.number = spec.default_value, .text = spec.default_text};
     const Value* value = table_->find(spec.key);
     if (!value) {
@@ -139,6 +162,10 @@ ParamValue Reader::read(const ParamSpec& spec) const {
         case ParamKind::list:
             if (!value->is_list()) refuse_kind(*value, spec, what_);
             break;
+        case ParamKind::model:
+            if (!value->is_table()) refuse_kind(*value, spec, what_);
+            out.model = read_inner(*value, spec);
+            break;
     }
     return out;
 }
@@ -178,7 +205,17 @@ std::optional<Ramp> Reader::ramp(const char* key) const {
     return read_ramp(*value, specs_[index(key)], what_);
 }
 
+const ModelSpec* Reader::model(const char* key) const {
+    for (const auto& inner : inner_)
+        if (inner->key == key) return &inner->spec;
+    return nullptr;
+}
+
 void Reader::fail(const char* key, const std::string& message) const {
+    const std::string path = key;
+    if (const std::size_t dot = path.find('.'); dot != std::string::npos)
+        if (const ModelSpec* inner = model(path.substr(0, dot).c_str()))
+            inner->params->fail(path.substr(dot + 1).c_str(), message);
     const Value* value = table_->find(key);
     throw InputError{(value ? *value : *table_).place.text(), fmt::format("'{}' in {} {}", key, what_, message)};
 }

@@ -64,6 +64,9 @@ template <template <class> class Interface>
 void complete_model(Value& table, const ModelSpec& model, const ModelContext& context) {
     const auto specs = model.params->specs();
     complete(table, specs);
+    for (const ParamSpec& spec : specs)
+        if (const ModelSpec* inner = model.params->model(spec.key))
+            complete_model<ConstitutiveLaw>(entry(table, spec.key), *inner, context);
     std::vector<ParamValue> values(model.params->values().begin(), model.params->values().end());
     for (std::size_t i = 0; i < specs.size(); ++i) {
         if (values[i].given || !has_default(specs[i])) continue;

@@ -36,6 +36,7 @@ bool sound_packing(const LawNeeds& needs, const FieldSpec& field) {
 void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
     require_sound(needs.bonds != needs.deformation_gradient, spec,
                   "a law needs either bonds or a deformation gradient");
+    require_sound(!needs.stress || needs.bonds, spec, "only a law with bonds says that it writes stress");
     require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
     require_sound(std::max(needs.particle_state.size, needs.bond_state.size) <= kMaxStateFields, spec,
                   "it declares more than 8 state fields");
@@ -127,6 +128,11 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
                                      "a grid transfer (apic, flip, pic) "
                                      "or a bond law",
                                      spec.law.type, w.scene.transfer.type));
+    if (m.needs.stress && !w.transfer_needs.grid)
+        throw InputError(spec.law.source.place.text(),
+                         fmt::format("law '{}' leaves its stress to a grid, which transfer '{}' does not have: let its "
+                                     "bonds carry the forces, or use a grid transfer (apic, flip, pic)",
+                                     spec.law.type, w.scene.transfer.type));
     if (!spec.criterion.params) return;
     if (!m.needs.bonds)
         throw InputError(spec.criterion.source.place.text(),
@@ -162,7 +168,10 @@ void create_fields(World<Real>& w, Material<Real>& m) {
         m.particle_state.push_back({spec, FieldArray<Real>::of(spec, m.size)});
     }
     if (!m.has_bonds()) return;
-    m.force = FieldArray<Real>(m.size, 3);
+    if (m.needs.stress)
+        m.stress = FieldArray<Real>(m.size, 6);
+    else
+        m.force = FieldArray<Real>(m.size, 3);
     m.position = AlignedArray<Real>(4 * m.size), m.reference = AlignedArray<Real>(4 * m.size);
     for (std::size_t p = 0; p < m.size; ++p) {
         for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];

@@ -52,6 +52,9 @@ void add_common(World<Real>& w, std::size_t first, std::size_t size, std::vector
 template <class Real>
 void add_own(Material<Real>& m, std::vector<FieldView>& out) {
     if (!m.F.empty()) out.push_back(view({"F", "1", "deformation gradient, row-major"}, m.F.view(), 0, m.size, 9));
+    if (!m.stress.empty())
+        out.push_back(
+            view({"stress", "Pa", "Kirchhoff stress: xx xy xz yy yz zz", m.law_name}, m.stress.view(), 0, m.size, 6));
     if (!m.force.empty())
         out.push_back(view({"force", "N", "internal force", m.law_name}, m.force.view(), 0, m.size, 3));
     for (StateField<Real>& s : m.particle_state)

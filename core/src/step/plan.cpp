@@ -15,6 +15,7 @@ public:
     explicit Planner(World<Real>& w) : w_{w} {
         for (Material<Real>& m : w.materials) {
             (m.has_bonds() ? bond_laws_ : local_laws_).push_back(m.law_name);
+            if (m.has_bonds()) (m.needs.stress ? stresses_ : forces_) = true;
             if (m.criterion) criteria_.push_back(m.criterion_name);
         }
     }
@@ -49,6 +50,11 @@ private:
     Names own_libraries() const {
         Names names{"transfer/" + w_.scene.transfer.type};
         for (const std::string& law : laws()) names.push_back("constitutive/" + law);
+        for (const MaterialSpec& m : w_.scene.materials)
+            for (const ParamSpec& param : m.law.params->specs())
+                if (const ModelSpec* inner = m.law.params->model(param.key))
+                    if (std::find(names.begin(), names.end(), "constitutive/" + m.law.type) != names.end())
+                        names.push_back("constitutive/" + inner->type);
         for (const std::string& criterion : criteria_) names.push_back("fracture/" + criterion);
         if (has_mesh()) names.push_back("module/mesh");
         if (writes_hdf5()) names.push_back("module/hdf5");
@@ -93,10 +99,16 @@ private:
         return interval == 1 ? kEachStep : fmt::format("every {} steps", interval);
     }
     void add_bond_pass() {
-        if (!bond_laws_.empty()) pass("bond forces", kEachStep, {"x", "bonds"}, {"force"}, bond_laws_);
+        if (!bond_laws_.empty()) pass("bond forces", kEachStep, {"x", "bonds"}, bond_results(), bond_laws_);
+    }
+    Names bond_results() const {
+        Names names;
+        if (forces_) names.push_back("force");
+        if (stresses_) names.push_back("stress");
+        return names;
     }
     void add_grid_passes() {
-        const bool local = !local_laws_.empty(), bonds = !bond_laws_.empty(), affine = w_.transfer_needs.affine;
+        const bool local = !local_laws_.empty(), affine = w_.transfer_needs.affine;
         pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
         pass("sort", fmt::format("when particles moved {:g} cells", sort_margin(w_.transfer_needs.order)), {"x"},
              {"order"});
@@ -104,7 +116,7 @@ private:
         Names reads{"x", "v", "mass"}, models = local_laws_;
         if (affine) reads.push_back("C");
         if (local) reads.insert(reads.end(), {"F", "volume"});
-        if (bonds) reads.push_back("force");
+        for (const std::string& name : bond_results()) reads.push_back(name);
         models.push_back(w_.scene.transfer.type);
         pass("clear grid", kEachStep, {}, {"grid"});
         pass(local ? "stress and scatter" : "scatter", kEachStep, reads, {"grid"}, models);
@@ -132,7 +144,7 @@ private:
         array("mass", w_.mass.bytes()), array("volume", w_.volume.bytes()), array("id", w_.id.bytes());
         for (Material<Real>& m : w_.materials) {
             const auto own = [&](const std::string& name, std::size_t bytes) { array(m.name + "." + name, bytes); };
-            own("F", m.F.bytes()), own("force", m.force.bytes());
+            own("F", m.F.bytes()), own("force", m.force.bytes()), own("stress", m.stress.bytes());
             own("positions by four", m.position.bytes() + m.reference.bytes());
             own("grid order", m.order.bytes());
             own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
@@ -191,6 +203,7 @@ private:
 
     World<Real>& w_;
     Names local_laws_, bond_laws_, criteria_;
+    bool forces_ = false, stresses_ = false;  ///< whether bond laws write forces, or stresses
     Plan plan_;
 };
 

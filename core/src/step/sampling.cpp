@@ -76,6 +76,7 @@ std::vector<BodySample> sample_bodies(const Scene& scene) {
         refuse_too_many(body, s.spacing, expected += expected_count(*shape, s.spacing));
         s.points = body.poisson ? sample_poisson(*shape, kPoissonRadius * s.spacing, body.seed)
                                 : sample_lattice(*shape, s.spacing);
+        if (body.jitter > 0) jitter(s.points, body.jitter * s.spacing, body.seed);
         if (s.points.empty())
             throw InputError(
                 body.source.place.text(),

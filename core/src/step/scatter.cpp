@@ -10,14 +10,19 @@ namespace {
 template <class Real>
 void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t first) {
     Scratch<Real>& s = w.own_scratch();
-    b.force = s.force.view();
+    const bool stress = m.needs.stress;
+    if (stress)
+        b.tau = s.tau.view();
+    else
+        b.force = s.force.view();
     for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
         const std::size_t at = m.begin + from;
         for (int c = 0; c < 3; ++c) {
             s.x[c][to] = w.x[c][at];
             s.v[c][to] = w.v[c][at];
-            s.force[c][to] = m.force[c][from];
+            if (!stress) s.force[c][to] = m.force[c][from];
         }
+        for (std::size_t c = 0; stress && c < 6; ++c) s.tau[c][to] = m.stress[c][from];
         for (std::size_t c = 0; b.C && c < 9; ++c) s.C[c][to] = w.C[c][at];
         s.mass[to] = w.mass[at], s.volume[to] = w.volume[at];
     });

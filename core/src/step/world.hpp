@@ -65,7 +65,7 @@ struct Material {
     std::vector<std::pair<const ParamSpec*, AlignedArray<Real>>>
         varying;                                    ///< by declared per-particle parameter; empty: uniform
     FieldArray<Real> F;                             ///< local laws
-    FieldArray<Real> force;                         ///< bond laws
+    FieldArray<Real> force, stress;                 ///< bond laws: one of the two
     Bonds bonds;                                    ///< bond laws
     AlignedArray<Real> position, reference;         ///< bond laws: x and X packed by four
     AlignedArray<Real> length;                      ///< bond laws: |X| by bond
@@ -198,12 +198,14 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
     const std::size_t at = m.begin + first;
     b.size = static_cast<std::uint32_t>(size);
     b.first = static_cast<std::uint32_t>(first);
+    b.dt = static_cast<Real>(w.dt);
     b.x = w.x.view().from(at);
     b.v = w.v.view().from(at);
     b.mass = w.mass.data() + at;
     b.volume = w.volume.data() + at;
     b.F = m.F.view().from(m.F.empty() ? 0 : first);
     b.force = m.force.view().from(m.force.empty() ? 0 : first);
+    b.tau = m.stress.view().from(m.stress.empty() ? 0 : first);
     for (std::size_t k = 0; k < m.varying.size(); ++k)
         if (!m.varying[k].second.empty()) b.param[k] = m.varying[k].second.data() + first;
     for (std::size_t k = 0; k < m.particle_state.size(); ++k) {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "perimpm/scene/reader.hpp"
+#include "perimpm/scene/scene.hpp"
 #include "support/catch.hpp"
 #include "support/message.hpp"
 
@@ -23,6 +24,7 @@ constexpr ParamSpec kSpecs[] = {
     {.key = "items", .kind = ParamKind::list, .optional = true, .doc = ""},
     {.key = "share", .range = {.low = 0.0, .high = 1.0, .high_open = false}, .optional = true, .doc = ""},
     {.key = "count", .kind = ParamKind::integer, .optional = true, .doc = ""},
+    {.key = "law", .kind = ParamKind::model, .optional = true, .doc = ""},
 };
 
 /// Error for a table that holds the required key and the given text.
@@ -189,4 +191,27 @@ TEST_CASE("reader: read_type lists what is accepted", "[scene]") {
           "s.toml:1:1: error: unknown type 'spere' in shape\n  did you mean 'sphere'?   accepted: box, sphere");
     CHECK(refusal_of("radius = 1") == "s.toml: error: missing key 'type' in shape\n  accepted: box, sphere");
     CHECK(refusal_of("type = 1") == "s.toml:1:1: error: 'type' in shape must be a text, got an integer");
+}
+
+TEST_CASE("reader: a model inside a model is checked as its own table is", "[scene]") {
+    const Value table =
+        parse_scene_text("youngs_modulus = 2\nlaw = { type = \"fixed_corotated\", youngs_modulus = 3e5 }", "s.toml");
+    const Reader r{table, kSpecs, "thing"};
+    REQUIRE(r.model("law"));
+    CHECK(r.model("law")->type == "fixed_corotated");
+    CHECK(r.model("law")->params->number("youngs_modulus") == 3e5);
+    const ModelChoice& choice = *r.values()[std::size(kSpecs) - 1].model;
+    CHECK(std::string(choice.type) == "fixed_corotated");
+    CHECK(choice.values[0].number == 3e5);
+    CHECK(message_of([&] { r.fail("law.youngs_modulus", "is bad"); }) ==
+          "s.toml:2:36: error: 'youngs_modulus' in thing.law ('fixed_corotated') is bad");
+    CHECK(Reader(parse_scene_text("youngs_modulus = 2", "s"), kSpecs, "thing").model("law") == nullptr);
+    CHECK(contains(refusal("law = \"fixed_corotated\""), "write law = { type = \"fixed_corotated\", ... }"));
+    CHECK(contains(refusal("law = { youngs_modulus = 1.0 }"), "missing key 'type' in thing.law"));
+    CHECK(contains(refusal("law = { type = \"fixed_corotate\" }"), "fixed_corotated"));
+    CHECK(contains(refusal("law = { type = \"fixed_corotated\", youngs_module = 1.0 }"),
+                   "did you mean 'youngs_modulus'?"));
+    const std::string ramp = "{ from = 1, to = 2, start = [0, 0, 0], end = [1, 0, 0] }";
+    CHECK(contains(refusal("law = { type = \"fixed_corotated\", youngs_modulus = " + ramp + " }"),
+                   "cannot vary per particle inside another model"));
 }

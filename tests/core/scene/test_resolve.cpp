@@ -145,3 +145,11 @@ TEST_CASE("resolve: a resolved scene reads back to itself", "[scene]") {
         CHECK(twice.to_json() == once.to_json());
     }
 }
+
+TEST_CASE("resolve: a law inside a law has its defaults, too", "[scene]") {
+    const Value tree = resolved({R"(material.rubber.constitutive={ type = "pd_correspondence",)"
+                                 R"( law = { type = "neo_hookean", youngs_modulus = 1e5 } })"});
+    const std::string law = "material.rubber.constitutive.law.";
+    CHECK(text(tree, law + "type") == "neo_hookean");
+    CHECK(std::get<double>(part(tree, law + "poisson_ratio").data) == 0.25);
+}

@@ -105,3 +105,19 @@ TEST_CASE("plan: arrays count their bytes", "[step]") {
     CHECK(bytes("id") == 512 * 4);
     CHECK(bytes("rubber.bonds.row") == 0);
 }
+
+TEST_CASE("plan: a law inside a law opens its library, and stress stands for force", "[step]") {
+    CHECK(names_library({kStresses}, "constitutive/fixed_corotated"));
+    CHECK(names_library({kStresses}, "constitutive/pd_correspondence"));
+    const Simulation simulation(scene_from(kBox, {kStresses}), 1);
+    const auto holds = [&](const std::string& name) {
+        const auto& arrays = simulation.plan().arrays;
+        return std::any_of(arrays.begin(), arrays.end(), [&](const Plan::Array& a) { return a.name == name; });
+    };
+    CHECK(holds("rubber.stress"));
+    CHECK_FALSE(holds("rubber.force"));
+    CHECK(contains(message_of([] {
+                       Simulation(scene_from(kBox, {kStresses, kNoGrid}), 1);
+                   }),
+                   "leaves its stress to a grid, which transfer 'particle' does not have"));
+}

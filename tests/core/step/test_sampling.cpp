@@ -29,6 +29,27 @@ TEST_CASE("sampling: Poisson-disk particles share the shape's volume", "[step]")
                WithinRel(512.0, 0.25));  // the lattice's, and more at surfaces
 }
 
+TEST_CASE("sampling: jitter moves the lattice's points within their cells, by the seed alone", "[step]") {
+    const auto points = [](const Overrides& overrides) { return sample_bodies(scene_from(kBox, overrides))[0].points; };
+    const auto even = points({}), uneven = points({"body.0.jitter=0.5"}), less = points({"body.0.jitter=0.25"});
+    REQUIRE(uneven.size() == even.size());
+    Vec3 mean = Vec3::Zero(), square = Vec3::Zero();
+    for (std::size_t p = 0; p < even.size(); ++p) {
+        const Vec3 shift = uneven[p] - even[p];
+        CHECK(shift.cwiseAbs().maxCoeff() <= 0.025);
+        CHECK((less[p] - even[p] - 0.5 * shift).norm() <= 1e-15);
+        mean += shift / 512, square += shift.cwiseAbs2() / 512;
+    }
+    CHECK(mean.norm() < 3 * 0.025 / std::sqrt(512.0));  // of a uniform shift: 0 to three deviations of the norm
+    CHECK_THAT(std::sqrt(square.sum() / 3), WithinRel(0.025 / std::sqrt(3.0), 0.05));
+    CHECK(points({"body.0.jitter=0.5"}) == uneven);
+    CHECK(points({"body.0.jitter=0.5", "body.0.seed=2"}) != uneven);
+    CHECK(contains(message_of([&] {
+                       points({"body.0.sampling=\"poisson\"", "body.0.jitter=0.1"});
+                   }),
+                   "Poisson points"));
+}
+
 TEST_CASE("sampling: what cannot be filled is refused where it is given", "[step]") {
     const auto refusal = [](const std::string& change) {
         return message_of([&] { sample_bodies(scene_from(kBox, {change})); });

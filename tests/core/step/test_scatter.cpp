@@ -33,3 +33,30 @@ TEST_CASE("scatter: stress pushes momentum apart without making any", "[step]") 
             virial += w->grid.nodes(g)[4 * n] * 0.1 * (4 * w->grid.coordinate(g)[0] + n / 16);
     CHECK_THAT(virial, WithinRel(1e-3 * 0.064 * 12e4 * 0.09, 1e-9));
 }
+
+TEST_CASE("scatter: a bond law that writes stress pushes as the local law does", "[step]") {
+    const auto local = box_world(), bonds = box_world({kStresses});
+    Eigen::Matrix3d F;
+    F << 1.02, 0.01, 0, -0.02, 0.99, 0.03, 0, 0.01, 1.01;
+    for (World<double>* w : {local.get(), bonds.get()}) {
+        Material<double>& m = w->materials[0];
+        CHECK((m.force.empty() && m.stress.empty() == !m.has_bonds()));
+        for (std::size_t p = 0; p < w->count; ++p) {
+            const Vec3 y = F * at(w->x, p);
+            for (int c = 0; c < 3; ++c) w->x[static_cast<std::size_t>(c)][p] = y[c];
+            for (std::size_t c = 0; !m.F.empty() && c < 9; ++c)
+                m.F[c][p] = F(static_cast<int>(c / 3), static_cast<int>(c % 3));
+        }
+        sort_particles(*w);
+        w->dt = 1e-3;
+        compute_bond_forces(*w), scatter(*w);
+    }
+    REQUIRE(local->grid.size() == bonds->grid.size());
+    double largest = 0;
+    for (std::size_t g = 0; g < local->grid.size(); ++g)
+        for (std::size_t k = 0; k < kBlockValues; ++k) {
+            largest = std::max(largest, std::abs(local->grid.nodes(g)[k]));
+            CHECK_THAT(bonds->grid.nodes(g)[k], WithinAbs(local->grid.nodes(g)[k], 1e-11));
+        }
+    CHECK(largest > 0.1);
+}

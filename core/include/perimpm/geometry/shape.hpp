@@ -50,6 +50,9 @@ PERIMPM_API ShapePtr make_mesh(const std::string& file, const MeshPlacement& pla
 /// corner of the shape's bounds, so that a box of whole spacings is filled exactly.
 PERIMPM_API std::vector<Vec3> sample_lattice(const Shape& shape, double spacing);
 
+/// Moves every point by up to `reach` [m] along each axis. Deterministic in `seed` on any machine.
+PERIMPM_API void jitter(std::vector<Vec3>& points, double reach, std::uint64_t seed);
+
 /// Poisson-disk points inside: no two nearer than `radius`, no hole larger (to a thousandth); about 0.75
 /// volume/radius^3 of them. Deterministic in `seed` on any machine.
 PERIMPM_API std::vector<Vec3> sample_poisson(const Shape& shape, double radius, std::uint64_t seed);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
@@ -32,27 +33,62 @@ inline Eigen::Matrix<double, 15, 1> isotropic_fourth_moment(const Eigen::Matrix3
     return m / (d * (d + 2));
 }
 
-/// Relative changes r of positive weights a, least in sum a r^2, with which sum a (1 + r) n n n n is isotropic in the
-/// span of the unit vectors n, sum a kept. `cut`: combinations that the n resolve worse than this share of the best stay
-/// as they are, so that edges do not get weights of a hundred times the mean.
-inline Eigen::VectorXd isotropic_change(const Eigen::Matrix3Xd& n, const Eigen::VectorXd& a, double cut = 1e-2) {
-    constexpr double kSingular = 1e-4;  // of second moments: a family as flat as this is a sheet or a strand
-    const Eigen::Matrix3d second = n * a.asDiagonal() * n.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(second);
-    Eigen::Index span = 0;
-    for (int c = 0; c < 3; ++c) span += axes.eigenvalues()[c] > kSingular * axes.eigenvalues()[2] ? 1 : 0;
-    Eigen::Matrix<double, 15, Eigen::Dynamic> m(15, n.cols());
-    for (Eigen::Index k = 0; k < n.cols(); ++k) m.col(k) = fourth_moment(n.col(k));
-    const Eigen::Matrix<double, 15, 1> missing =
-        a.sum() * isotropic_fourth_moment(axes.eigenvectors().rightCols(span)) - m * a;
-    const Eigen::Matrix<double, 15, 15> gram = m * a.asDiagonal() * m.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 15, 15>> eigen(gram);
-    Eigen::Matrix<double, 15, 1> along = eigen.eigenvectors().transpose() * missing;
-    for (int c = 0; c < 15; ++c)
-        along[c] = eigen.eigenvalues()[c] > cut * cut * eigen.eigenvalues()[14] ? along[c] / eigen.eigenvalues()[c] : 0;
-    const Eigen::VectorXd change = m.transpose() * (eigen.eigenvectors() * along);
-    const double kept = a.sum() / (a.sum() + a.dot(change));  // 1 unless combinations were left out
-    return (kept * (1 + change.array()) - 1).matrix();
-}
+/// Factors f >= kLeast of positive weights a with which sum a f n n n n comes nearest to isotropic in the span of the unit
+/// vectors n, sum a kept; among those the least change, sum a (f - 1)^2. Exact wherever such factors exist.
+class IsotropicFactors {
+public:
+    static constexpr double kLeast = 0.1;  ///< negative weights would make the family's energy indefinite
+
+    IsotropicFactors(const Eigen::Matrix3Xd& n, const Eigen::VectorXd& a) : a_{a}, m_(15, n.cols()) {
+        const Eigen::Matrix3d second = n * a.asDiagonal() * n.transpose();
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(second);
+        Eigen::Index span = 0;
+        for (int c = 0; c < 3; ++c) span += axes.eigenvalues()[c] > kFlat * axes.eigenvalues()[2] ? 1 : 0;
+        for (Eigen::Index k = 0; k < n.cols(); ++k) m_.col(k) = fourth_moment(n.col(k));
+        wanted_ = a.sum() * isotropic_fourth_moment(axes.eigenvectors().rightCols(span));
+        ridge_ = kRidge * a.sum();
+    }
+
+    /// By Newton's method on the dual problem, convex and piecewise quadratic in 15 multipliers y:
+    ///   f = max(kLeast, 1 + m.y),  sum a f m + ridge y = wanted.
+    Eigen::VectorXd solve() const {
+        Vec y = Vec::Zero();
+        for (int step = 0; step < kMostSteps; ++step) {
+            const Eigen::VectorXd free = free_factors(y), f = free.cwiseMax(kLeast);
+            const Vec slope = m_ * (a_.array() * f.array()).matrix() + ridge_ * y - wanted_;
+            if (slope.norm() <= kTolerance * wanted_.norm()) break;
+            const Eigen::VectorXd active = (free.array() > kLeast).select(a_, 0);
+            Eigen::Matrix<double, 15, 15> curvature = m_ * active.asDiagonal() * m_.transpose();
+            curvature.diagonal().array() += ridge_;
+            y = descend(y, -curvature.ldlt().solve(slope), slope);
+        }
+        const Eigen::VectorXd f = free_factors(y).cwiseMax(kLeast);
+        return a_.sum() / a_.dot(f) * f;
+    }
+
+private:
+    using Vec = Eigen::Matrix<double, 15, 1>;
+    static constexpr double kFlat = 1e-4;  // of second moments: a family as flat as this is a sheet or a strand
+    static constexpr double kRidge = 1e-7, kTolerance = 1e-10, kDescent = 1e-4;
+    static constexpr int kMostSteps = 100;
+
+    Eigen::VectorXd free_factors(const Vec& y) const { return (1 + (m_.transpose() * y).array()).matrix(); }
+    double dual(const Vec& y) const {
+        const Eigen::ArrayXd free = free_factors(y).array(), f = free.max(kLeast);
+        return 0.5 * (a_.array() * f * (2 * free - f)).sum() + 0.5 * ridge_ * y.squaredNorm() - wanted_.dot(y);
+    }
+    /// Halves the step until it descends as its slope promises.
+    Vec descend(const Vec& y, const Vec& step, const Vec& slope) const {
+        const double start = dual(y), promise = kDescent * slope.dot(step);
+        double share = 1;
+        while (share > 1e-6 && dual(y + share * step) > start + share * promise) share /= 2;
+        return y + share * step;
+    }
+
+    const Eigen::VectorXd& a_;
+    Eigen::Matrix<double, 15, Eigen::Dynamic> m_;
+    Vec wanted_;
+    double ridge_;
+};
 
 }  // namespace perimpm

@@ -35,4 +35,18 @@ T determinant(const Mat3<T>& a) {
            a(0, 2) * (a(1, 0) * a(2, 1) - a(1, 1) * a(2, 0));
 }
 
+/// Zero for a singular matrix.
+template <class T>
+Mat3<T> inverse(const Mat3<T>& a) {
+    const T det = determinant(a);
+    const T scale = det == T(0) ? T(0) : T(1) / det;
+    Mat3<T> b;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const int r = (j + 1) % 3, s = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+            b(i, j) = scale * (a(r, c) * a(s, d) - a(r, d) * a(s, c));
+        }
+    return b;
+}
+
 }  // namespace perimpm

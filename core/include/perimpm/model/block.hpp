@@ -33,16 +33,17 @@ struct Families {
 template <class Real>
 struct Block {
     std::uint32_t size = 0;
-    std::uint32_t first = 0;                           ///< index of the first particle within the material
-    Field<const Real> x;                               ///< position [m], 3
-    Field<const Real> v;                               ///< velocity [m/s], 3
-    const Real* mass = nullptr;                        ///< [kg]
-    const Real* volume = nullptr;                      ///< reference volume [m^3]
-    Field<Real> F;                                     ///< deformation gradient, 9, row-major; local laws. In: trial;
-                                                       ///< `evaluate` may leave its elastic part, the others only read
-    Field<Real> tau;                                   ///< out: Kirchhoff stress [Pa], 6: xx xy xz yy yz zz; local laws
-    Field<Real> force;                                 ///< out: internal force [N], 3; bond laws
-    const Real* param[kMaxVaryingParams] = {};         ///< values of the parameters that vary, else null
+    std::uint32_t first = 0;                    ///< index of the first particle within the material
+    Real dt = 0;                                ///< the step being taken [s]
+    Field<const Real> x;                        ///< position [m], 3
+    Field<const Real> v;                        ///< velocity [m/s], 3
+    const Real* mass = nullptr;                 ///< [kg]
+    const Real* volume = nullptr;               ///< reference volume [m^3]
+    Field<Real> F;                              ///< deformation gradient, 9, row-major; local laws. In: trial;
+                                                ///< `evaluate` may leave its elastic part, the others only read
+    Field<Real> tau;                            ///< out: Kirchhoff stress [Pa], 6: xx xy xz yy yz zz; laws of stress
+    Field<Real> force;                          ///< out: internal force [N], 3; laws of force
+    const Real* param[kMaxVaryingParams] = {};  ///< values of the parameters that vary, else null
     Field<Real> particle_state[kMaxStateFields] = {};  ///< declared particle fields, in the order of declaration
     Real* bond_state[kMaxStateFields] = {};            ///< declared bond fields, by slot over the whole material
     Field<Real> family_state[kMaxStateFields] = {};    ///< particle_state again, indexed over the whole material

@@ -14,10 +14,12 @@ struct EffectiveModuli {
     double poisson_ratio = std::numeric_limits<double>::quiet_NaN();   ///< [1]
 };
 
-/// What a law declares to core. It asks for a deformation gradient (then it writes tau) or for bonds (force).
+/// What a law declares to core. It asks for a deformation gradient (then it writes tau) or for bonds (force, or tau).
 struct LawNeeds {
     bool deformation_gradient = false;
+    bool flows = false;  ///< local laws: `evaluate` leaves the elastic part in b.F
     bool bonds = false;
+    bool stress = false;           ///< bond laws: `evaluate` writes tau, whose divergence the grid takes, and no force
     bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
     bool reports_stretch = false;  ///< bond laws: `evaluate` fills Block::largest_stretch
     double horizon = 0;            ///< bond laws: family radius, rim included [m]

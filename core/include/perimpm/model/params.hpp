@@ -7,7 +7,8 @@
 
 namespace perimpm {
 
-enum class ParamKind : std::uint32_t { number, integer, boolean, text, choice, vector, table, list };
+/// model: a constitutive law inside a model, { type = plugin, its parameters }.
+enum class ParamKind : std::uint32_t { number, integer, boolean, text, choice, vector, table, list, model };
 
 /// Allowed values of a number; open ends exclude the bound itself.
 struct Range {
@@ -39,11 +40,22 @@ struct ParamSpec {
     const char* doc = "";
 };
 
+struct ModelChoice;
+
 /// One value as it crosses the library border; `given` tells whether the scene gave it or the default stands.
 struct ParamValue {
     double number = kRequired;
     const char* text = nullptr;
     bool given = false;
+    const ModelChoice* model = nullptr;
+};
+
+/// A model that a parameter names: its plugin and its own checked values.
+struct ModelChoice {
+    const char* type;
+    const ParamSpec* specs;
+    const ParamValue* values;
+    std::uint32_t count;
 };
 
 /// What a model may ask about its surroundings; SI units, 0 where unknown.
@@ -63,6 +75,8 @@ public:
     const char* text(const char* key) const { return at(key).text; }
     bool flag(const char* key) const { return at(key).number != 0.0; }
     bool given(const char* key) const { return at(key).given; }
+    /// Of a key of kind `model`; null when the scene does not give it.
+    const ModelChoice* model(const char* key) const { return at(key).model; }
     /// True when the text or choice `key` has the value `value`.
     bool is(const char* key, const char* value) const;
     const ModelContext& context() const { return context_; }

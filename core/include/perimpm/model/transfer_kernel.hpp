@@ -29,8 +29,8 @@ struct TransferBlock {
     Field<Real> F;               ///< deformation gradient, 9; null unless the law asks for it
     const Real* mass = nullptr;  ///< [kg]; scatter
     const Real* volume = nullptr;  ///< reference volume [m^3]; scatter
-    Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; scatter, null for bond laws
-    Field<const Real> force;       ///< internal force [N], 3; scatter, null for local laws
+    Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; scatter, null for laws of force
+    Field<const Real> force;       ///< internal force [N], 3; scatter, null for laws of stress
     Real* tile = nullptr;          ///< kTileValues + kTilePadding numbers, 64-byte aligned
     Real* increment = nullptr;     ///< second tile: scatter (impulse, -), gather (velocity before forces, -)
     Real fastest2 = 0;             ///< out of gather: largest squared grid velocity at a particle [m^2/s^2]

@@ -40,7 +40,8 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
     horizon_param(),
     horizon_length_param(),
     influence_param(),
-    surface_param("family"),
+    volume_correction_param(),
+    surface_param("moment"),
 };
 
 /// mu and lambda of the paper [Pa].

@@ -6,12 +6,12 @@
 #include "perimpm/error.hpp"
 #include "perimpm/model/params.hpp"
 
-/*! The horizon of a bond law and the influence of its bonds, w^(r) with r = |X|/horizon. */
+/*! The horizon of a bond law, the influence of its bonds, w^(r) with r = |X|/horizon, and what counts of a neighbour. */
 namespace perimpm::peridynamics {
 
 constexpr ParamSpec horizon_param() {
     return {
-        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 3.015, .doc = "how far bonds reach"};
+        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 2.25, .doc = "how far bonds reach"};
 }
 constexpr ParamSpec horizon_length_param() {
     return {.key = "horizon_length",
@@ -32,25 +32,57 @@ inline double horizon_of(const Params& p) {
 constexpr ParamSpec influence_param() {
     return {.key = "influence",
             .kind = ParamKind::choice,
-            .default_text = "constant",
+            .default_text = "linear",
             .choices = "constant|linear|cubic|gaussian|inverse",
             .doc =
                 "weight of a bond of length r horizons: the same for all, 1 - r (the paper's), 1 - 3 r^2 + 2 r^3, "
                 "exp(-4 r^2), or 1/r"};
 }
 
+constexpr ParamSpec volume_correction_param() {
+    return {.key = "volume_correction",
+            .kind = ParamKind::choice,
+            .default_text = "none",
+            .choices = "none|linear",
+            .doc = "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside"};
+}
+
+/// Share of a neighbour's volume that counts: all of it, or clip((delta - |X|)/h + 1/2, 0, 1), the part of its cell of
+/// width h inside the horizon delta (Parks et al. 2008), cells whose centres lie beyond included.
+class VolumeShare {
+public:
+    VolumeShare(const Params& p, double horizon)
+        : horizon_{horizon}, spacing_{p.context().particle_spacing}, partial_{p.is("volume_correction", "linear")} {}
+    bool is_whole() const { return !partial_; }
+    double reach() const { return partial_ ? horizon_ + 0.5 * spacing_ * (1 - 1e-9) : horizon_; }
+    double operator()(double X) const {
+        return partial_ ? std::fmin(std::fmax((horizon_ - X) / spacing_ + 0.5, 0.0), 1.0) : 1.0;
+    }
+
+private:
+    double horizon_, spacing_;
+    bool partial_;
+};
+
+/// The weight of a bond by its length: w^ times the share of the neighbour's volume.
 class Influence {
 public:
-    Influence(const Params& p, double horizon) : horizon_{horizon} {
+    Influence(const Params& p, double horizon) : horizon_{horizon}, share_{p, horizon} {
         constexpr const char* names[] = {"constant", "linear", "cubic", "gaussian", "inverse"};
         for (int k = 0; k < 5; ++k)
             if (p.is("influence", names[k])) kind_ = static_cast<Kind>(k);
     }
-    bool is_constant() const { return kind_ == Kind::constant; }
+    bool is_constant() const { return kind_ == Kind::constant && share_.is_whole(); }
     /// Bonds that reach the rim weigh nothing: they are no bonds.
-    double reach() const { return kind_ == Kind::linear || kind_ == Kind::cubic ? horizon_ * (1 - 1e-9) : horizon_; }
-    double operator()(double X) const {
-        const double r = X / horizon_;
+    double reach() const { return vanishes() ? horizon_ * (1 - 1e-9) : share_.reach(); }
+    double operator()(double X) const { return share_(X) * at(X / horizon_); }
+
+private:
+    enum class Kind { constant, linear, cubic, gaussian, inverse };
+
+    bool vanishes() const { return kind_ == Kind::linear || kind_ == Kind::cubic; }
+    double at(double r) const {
+        if (vanishes() && r >= 1) return 0;
         switch (kind_) {
             case Kind::linear:
                 return 1 - r;
@@ -65,24 +97,9 @@ public:
         }
     }
 
-private:
-    enum class Kind { constant, linear, cubic, gaussian, inverse };
     Kind kind_ = Kind::constant;
     double horizon_;
+    VolumeShare share_;
 };
-
-constexpr ParamSpec volume_correction_param() {
-    return {.key = "volume_correction",
-            .kind = ParamKind::choice,
-            .default_text = "none",
-            .choices = "none|linear",
-            .doc = "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside"};
-}
-/// Share of a neighbour's cell of width h that lies inside the horizon (Parks et al. 2008).
-inline double share_inside(double X, double horizon, double h) {
-    return std::fmin(std::fmax((horizon - X) / h + 0.5, 0.0), 1.0);
-}
-/// How far the centres of cells of width h that reach into the horizon may lie.
-inline double reach_of_cells(double horizon, double h) { return horizon + 0.5 * h * (1 - 1e-9); }
 
 }  // namespace perimpm::peridynamics

@@ -41,6 +41,7 @@ inline constexpr CrossingStruct kCrossingStructs[] = {
     {"FieldSpec", sizeof(FieldSpec)},
     {"ParamSpec", sizeof(ParamSpec)},
     {"ParamValue", sizeof(ParamValue)},
+    {"ModelChoice", sizeof(ModelChoice)},
     {"Params", sizeof(Params)},
     {"ModelContext", sizeof(ModelContext)},
     {"BondCandidate", sizeof(BondCandidate)},

@@ -52,6 +52,17 @@ ModelPtr<Interface, Real> create(const std::string& name, const Params& params) 
     return {model, [destroy = is_float ? d.destroy_float : d.destroy_double](Interface<Real>* m) { destroy(m); }};
 }
 
+/// Creates the model that the parameter `key` names. What its constructor refuses is refused as "key.its key".
+template <template <class> class Interface, class Real>
+ModelPtr<Interface, Real> create_inner(const Params& p, const char* key) {
+    const ModelChoice& inner = *p.model(key);
+    try {
+        return create<Interface, Real>(inner.type, Params(inner.specs, inner.values, inner.count, p.context()));
+    } catch (const InvalidParameter& e) {
+        throw InvalidParameter(std::string(key) + "." + e.key(), e.what());
+    }
+}
+
 /// Where the core library and everything shipped with it lives.
 PERIMPM_API std::string library_folder();
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,8 @@ struct Ramp {
     double from, to;                   ///< in the parameter's unit
     std::array<double, 3> start, end;  ///< [m]
 };
+
+struct ModelSpec;
 
 /// Checked values of one scene table against its declaration; the only place where keys, types and ranges are judged.
 /// The table must outlive the reader.
@@ -38,23 +41,28 @@ public:
     const Value* value(const char* key) const;
     /// The ramp { from, to, start, end } that the scene gives for a per-particle parameter; `number` is its `from`.
     std::optional<Ramp> ramp(const char* key) const;
+    /// The model that a key of kind `model` names; null when absent.
+    const ModelSpec* model(const char* key) const;
     /// The values as a plugin receives them; texts live as long as the table.
     std::span<const ParamValue> values() const { return values_; }
     std::span<const ParamSpec> specs() const { return specs_; }
     const Value& table() const { return *table_; }
     const std::string& what() const { return what_; }
-    /// Throws InputError at the place of `key`.
+    /// Throws InputError at the place of `key`; "law.key" is the key of the model that `law` names.
     [[noreturn]] void fail(const char* key, const std::string& message) const;
 
 private:
     std::size_t index(const char* key) const;
     void refuse_unknown_keys(std::span<const char* const> extra) const;
-    ParamValue read(const ParamSpec& spec) const;
+    ParamValue read(const ParamSpec& spec);
+    const ModelChoice* read_inner(const Value& table, const ParamSpec& spec);
 
     const Value* table_;
     std::span<const ParamSpec> specs_;
     std::string what_;
     std::vector<ParamValue> values_;
+    struct Inner;
+    std::vector<std::shared_ptr<const Inner>> inner_;
 };
 
 /// Reads "type" of a table that chooses a model or shape; the error lists `accepted`. Empty: any text is accepted.

@@ -60,7 +60,8 @@ struct BodySpec {
     Value shape;                             ///< checked; built when particles are sampled
     std::optional<double> particle_spacing;  ///< h [m]; else from particles_per_cell
     double particles_per_cell;
-    bool poisson;  ///< sampling = "poisson"
+    bool poisson;   ///< sampling = "poisson"
+    double jitter;  ///< of the lattice [spacings]
     std::uint64_t seed;
     Vec3 velocity;          ///< [m/s]
     Vec3 angular_velocity;  ///< [rad/s] about the centre of mass

@@ -45,18 +45,19 @@ public:
                 .courant = kCourant[order_]};
     }
     void scatter(TransferBlock<Real>& b) const override {
-        dispatch(b, [&]<int Order, bool mls, bool Local>() { bspline::scatter<Scheme, Real, Order, mls, Local>(b); });
+        dispatch(static_cast<bool>(b.tau),
+                 [&]<int Order, bool mls, bool Local>() { bspline::scatter<Scheme, Real, Order, mls, Local>(b); });
     }
     void gather(TransferBlock<Real>& b) const override {
-        dispatch(b, [&]<int Order, bool mls, bool Local>() {
+        dispatch(static_cast<bool>(b.F), [&]<int Order, bool mls, bool Local>() {
             bspline::gather<Scheme, Real, Order, mls, Local>(b, scheme_);
         });
     }
 
 private:
     template <class Body>
-    void dispatch(const TransferBlock<Real>& b, Body body) const {
-        if (!b.F) return by_order<false, false>(body);
+    void dispatch(bool local, Body body) const {
+        if (!local) return by_order<false, false>(body);
         if (mls_) return by_order<true, true>(body);
         by_order<false, true>(body);
     }
