@@ -102,7 +102,7 @@ TEMPLATE_TEST_CASE("quads: four packs are summed each into its own number", "[ma
 TEMPLATE_TEST_CASE("quads: products of matrices and vectors are summed by weight, for any number of entries", "[math]",
                    float, double) {
     constexpr std::uint32_t kEntries = 30;  // fit into the page
-    const GuardedPage page;  // the last record ends where memory must not be touched
+    const GuardedPage page;                 // the last record ends where memory must not be touched
     auto* const records = static_cast<TestType*>(page.end()) - kMatrixRecord * kEntries;
     for (std::uint32_t k = 0; k < kMatrixRecord * kEntries; ++k)  // small integers: every sum is exact
         records[k] = static_cast<TestType>((7 * k + k * k) % 23) - 11;
