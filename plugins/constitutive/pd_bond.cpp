@@ -2,7 +2,8 @@
       (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per volume squared [N/m^6]
       (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
       (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
-      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008)
+      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008), above 0
+                                                                   up to |X| = delta + h/2
     Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
     taking the mean of its two constants (`surface = "family"`); `surface = "moment"`: perimpm/peridynamics/weights.hpp. */
 #include <numbers>
@@ -49,7 +50,8 @@ public:
           horizon_{horizon_of(p)},
           surface_{surface_of(p)},
           partial_{p.is("volume_correction", "linear")},
-          lattice_{lattice_sum(horizon_, spacing_, [&](double X) { return X * beta(X); })},
+          reach_{partial_ ? reach_of_cells(horizon_, spacing_) : horizon_},
+          lattice_{lattice_sum(reach_, spacing_, [&](double X) { return X * beta(X); })},
           full_{lattice_} {
         if (p.is("calibration", "continuum")) {
             if (p.given("surface") && surface_ != Surface::none)
@@ -62,7 +64,7 @@ public:
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .reports_stretch = true,
-                   .horizon = horizon_,
+                   .horizon = reach_,
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
@@ -126,6 +128,7 @@ private:
     double youngs_modulus_, density_, spacing_, horizon_;
     Surface surface_;
     bool partial_;
+    double reach_;
     double lattice_, full_;  ///< sum |X| beta V over the full lattice, and what stands for it in (3) [m^4]
 };
 }  // namespace
