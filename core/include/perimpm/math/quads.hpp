@@ -5,8 +5,10 @@
 #include "perimpm/math/simd.hpp"
 
 /*! Quads: four numbers side by side, such as (x, y, z, -) of one particle. A pack of quads and four packs of components
-    turn into each other by 4x4 transposes inside registers. */
+    turn into each other by 4x4 transposes inside registers. Sums over packs or records of quads need no transposes. */
 namespace perimpm {
+
+inline constexpr std::size_t kMatrixRecord = 16;  ///< a 3x3 matrix and a vector as quads: the columns, then x
 
 namespace detail {
 
@@ -67,6 +69,52 @@ PERIMPM_INLINE Vec<Real, N> repeat_quad(const Real quad[4]) {
         const Vec<Real, N / 2> half = repeat_quad<Real, N / 2>(quad);
         return join<Real, N / 2>(half, half, std::make_integer_sequence<int, N>());
     }
+}
+
+/// Lanes First to First + N - 1.
+template <int First, int N, class V, int... I>
+PERIMPM_INLINE auto lanes_from(V v, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(v, v, (First + I)...);
+}
+/// Sum of a vector's quads.
+template <class Real, int N>
+PERIMPM_INLINE Vec<Real, 4> sum_of_quads(Vec<Real, N> v) {
+    if constexpr (N == 4) {
+        return v;
+    } else {
+        constexpr auto half = std::make_integer_sequence<int, N / 2>();
+        return sum_of_quads<Real, N / 2>(lanes_from<0, N / 2>(v, half) + lanes_from<N / 2, N / 2>(v, half));
+    }
+}
+
+/// Three quads side by side in as few registers as hold them: what follows the third is not looked at.
+template <class Real>
+struct ThreeQuads {
+    static constexpr int kWidth = kLanes<Real> < 4 ? 4 : kLanes<Real>, kParts = (12 + kWidth - 1) / kWidth;
+    Vec<Real, kWidth> part[kParts];
+};
+template <int First, class V, int... I>
+PERIMPM_INLINE V lanes_over_quads(V v, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(v, v, (First + I / 4)...);
+}
+template <class Real>
+PERIMPM_INLINE ThreeQuads<Real> load_columns(const Real* record) {
+    ThreeQuads<Real> columns;
+    for (int k = 0; k < columns.kParts; ++k)
+        __builtin_memcpy(&columns.part[k], record + k * columns.kWidth, sizeof columns.part[k]);
+    return columns;
+}
+/// x[c] over the whole of quad c, where x is the record's fourth quad.
+template <class Real>
+PERIMPM_INLINE ThreeQuads<Real> spread_vector(const Real* record) {
+    constexpr int N = ThreeQuads<Real>::kWidth;
+    constexpr auto all = std::make_integer_sequence<int, N>();
+    Vec<Real, N> last;  // of the record's registers
+    __builtin_memcpy(&last, record + kMatrixRecord - N, sizeof last);
+    if constexpr (N == 16) return {{lanes_over_quads<12>(last, all)}};
+    if constexpr (N == 8) return {{lanes_over_quads<4>(last, all), lanes_over_quads<6>(last, all)}};
+    if constexpr (N == 4)
+        return {{lanes_over_quads<0>(last, all), lanes_over_quads<1>(last, all), lanes_over_quads<2>(last, all)}};
 }
 
 }  // namespace detail
@@ -137,6 +185,48 @@ PERIMPM_INLINE void gather_quads(const Real* quads, const std::uint32_t* entry, 
             rows[k] = detail::as_pack<Real>(detail::every_fourth<Real, N, Width>(quads, entry + k));
         transpose_quads<Real>(rows, component);
     }
+}
+
+/// Sums over all lanes of four packs, in half the instructions of one after the other.
+template <class Real>
+PERIMPM_INLINE void reduce_four(const Pack<Real> packs[4], Real sums[4]) {
+    constexpr int N = kLanes<Real>;
+    if constexpr (N < 4) {
+        for (int k = 0; k < 4; ++k) sums[k] = reduce(packs[k]);
+    } else {
+        Pack<Real> c[4];
+        transpose_quads<Real>(packs, c);
+        const auto sum = detail::sum_of_quads<Real, N>(detail::as_vector<Real>((c[0] + c[1]) + (c[2] + c[3])));
+        __builtin_memcpy(sums, &sum, sizeof sum);
+    }
+}
+
+/// sum over k < count of weight(k) M (x - x_own), where `records` has M and x at entry[k] and x_own is that of the record
+/// `own`. Apart from the difference a product costs a load, a shuffle and a multiply-add per register.
+template <class Real, class Weight>
+PERIMPM_INLINE void sum_products(const Real* records, const std::uint32_t* entry, std::uint32_t count, const Real* own,
+                                 Weight weight, Real sum[3]) {
+    using Quads = detail::ThreeQuads<Real>;
+    constexpr int kParts = Quads::kParts;
+    constexpr std::uint32_t kChains = kParts == 1 ? 4 : 2;  // independent sums, or each would wait for the last
+    const Quads from = detail::spread_vector(own);
+    Quads chain[kChains] = {};
+    const auto add = [&](std::uint32_t k, Quads& to) PERIMPM_INLINE_LAMBDA {
+        const Real* record = records + kMatrixRecord * std::size_t{entry[k]};
+        const Quads columns = detail::load_columns(record), x = detail::spread_vector(record);
+        for (int part = 0; part < kParts; ++part)
+            to.part[part] += columns.part[part] * ((x.part[part] - from.part[part]) * weight(k));
+    };
+    std::uint32_t k = 0;
+    for (; k + kChains <= count; k += kChains)
+        for (std::uint32_t c = 0; c < kChains; ++c) add(k + c, chain[c]);
+    for (; k < count; ++k) add(k, chain[0]);
+    Real quads[kParts * Quads::kWidth];
+    for (int part = 0; part < kParts; ++part) {
+        for (std::uint32_t c = 1; c < kChains; ++c) chain[0].part[part] += chain[c].part[part];
+        __builtin_memcpy(quads + part * Quads::kWidth, &chain[0].part[part], sizeof chain[0].part[part]);
+    }
+    for (int r = 0; r < 3; ++r) sum[r] = quads[r] + quads[4 + r] + quads[8 + r];
 }
 
 }  // namespace perimpm

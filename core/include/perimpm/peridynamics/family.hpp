@@ -17,6 +17,14 @@ PERIMPM_INLINE T norm(const T v[3]) {
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+/// Bonds ahead of which their numbers are asked for: they come from memory, in more and longer runs than the processor
+/// foresees by itself.
+inline constexpr std::uint32_t kPrefetchBonds = 512;
+template <class T>
+PERIMPM_INLINE void prefetch(const T* by_slot) {
+    __builtin_prefetch(by_slot + kPrefetchBonds);
+}
+
 /// A pack of bonds of one particle. Lanes beyond `size` show bonds of other particles.
 template <class Real>
 struct BondPack {
@@ -24,7 +32,10 @@ struct BondPack {
     const std::uint32_t* neighbour;
 
     /// Value of a per-bond field.
-    Pack<Real> load(const Real* field) const { return Pack<Real>(field + slot, std::experimental::element_aligned); }
+    PERIMPM_INLINE Pack<Real> load(const Real* field) const {
+        prefetch(field + slot);
+        return Pack<Real>(field + slot, std::experimental::element_aligned);
+    }
     /// Value of a field of the neighbours, indexed over the whole material.
     PERIMPM_INLINE Pack<Real> gather(const Real* field) const {
         return Pack<Real>([&](std::size_t lane) { return field[neighbour[lane]]; });
@@ -42,11 +53,17 @@ struct BondPack {
     }
 };
 
-/// 1 for the live bonds among `size` from `slot` on, 0 for broken ones and for the remaining lanes.
+/// 1 for the live bonds among `size` from `slot` on, 0 for broken ones and for the remaining lanes. A call of its own:
+/// most families have no broken bonds.
 template <class Real>
-Pack<Real> live_bonds(const Families<Real>& f, std::uint32_t slot, std::uint32_t size, bool damaged) {
-    if (!damaged) return select(first_lanes<Real>(size), Pack<Real>(1), Pack<Real>(0));
+[[gnu::noinline, gnu::cold]] Pack<Real> unbroken_bonds(const Families<Real>& f, std::uint32_t slot,
+                                                       std::uint32_t size) {
     return Pack<Real>([&](std::uint32_t lane) { return lane < size && !f.is_broken(slot + lane) ? Real(1) : Real(0); });
+}
+template <class Real>
+PERIMPM_INLINE Pack<Real> live_bonds(const Families<Real>& f, std::uint32_t slot, std::uint32_t size, bool damaged) {
+    if (damaged) return unbroken_bonds(f, slot, size);
+    return select(first_lanes<Real>(size), Pack<Real>(1), Pack<Real>(0));
 }
 
 /// Calls body(pack, live) for the bonds of the block's particle i; `live` is 1 for whole bonds, 0 for broken ones and
@@ -59,10 +76,13 @@ PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, Body bo
     const std::uint32_t end = f.row[i + 1];
     const bool damaged = f.damage && f.damage[i] > 0;
     std::uint32_t slot = f.row[i];
-    for (; !damaged && slot + lanes <= end; slot += lanes)
+    for (; !damaged && slot + lanes <= end; slot += lanes) {
+        prefetch(f.neighbour + slot);
         body(BondPack<Real>{slot, lanes, f.neighbour + slot}, Pack<Real>(1));
+    }
     for (; slot < end; slot += lanes) {
         const std::uint32_t size = std::min(lanes, end - slot);
+        prefetch(f.neighbour + slot);
         body(BondPack<Real>{slot, size, f.neighbour + slot}, live_bonds(f, slot, size, damaged));
     }
 }

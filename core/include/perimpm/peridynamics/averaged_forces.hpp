@@ -1,0 +1,134 @@
+#pragma once
+
+#include "perimpm/peridynamics/averaged_bond_params.hpp"
+#include "perimpm/peridynamics/averaged_family.hpp"
+
+/*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
+    numbers are in plugins/constitutive/pd_elastic.cpp. */
+namespace perimpm::peridynamics {
+
+template <class Real>
+void force_of_springs(Block<Real>& b, const BondFields& at, double lambda) {
+    using P = Pack<Real>;
+    P largest(0);
+    for (std::uint32_t i = 0; i < b.size; ++i) {
+        const Real* position = b.family.position + 4 * std::size_t{b.first + i};
+        P f[4] = {};
+        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P Y[3];
+            bonds.difference(b.family.position, position, Y);
+            const P relative = live * relative_extension(Y, bonds.load(b.family.length));
+            largest = larger(largest, relative);
+            const P spring = bonds.load(b.bond_state[at.stiffness]) * relative;
+            for (int c = 0; c < 3; ++c) f[c] += spring * Y[c];
+        });
+        Real sums[4];
+        reduce_four(f, sums);
+        for (int c = 0; c < 3; ++c) b.force[c][i] = static_cast<Real>(lambda) * sums[c];  // (6), second term
+    }
+    b.largest_stretch = stretch_of(hmax(largest));
+}
+
+/// (6) and (7) as printed.
+template <class Real>
+void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
+    using P = Pack<Real>;
+    const Real* records = b.family_state[AveragedState::mean_deformation].data;
+    Real largest = 0;
+    for (std::uint32_t i = 0; i < b.size; ++i) {
+        const Real* mine = records + MeanRecord::kWidth * std::size_t{b.first + i};
+        P f[4] = {};
+        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P theirs[MeanRecord::kWidth], X[3], there[3];
+            bonds.template gather_packed<MeanRecord::kWidth>(records, theirs);
+            for (int c = 0; c < 3; ++c) X[c] = theirs[MeanRecord::kReference + c] - mine[MeanRecord::kReference + c];
+            deform(X, there, theirs);
+            const P other = bonds.load(b.bond_state[at.stiffness]) - bonds.load(b.bond_state[at.own]);
+            const P pull = live * other * relative_extension(there, bonds.load(b.family.length));
+            for (int c = 0; c < 3; ++c) f[c] += pull * there[c];  // (6), first term, of -T<q,p>
+        });
+        Real sums[4];
+        reduce_four(f, sums);
+        for (int c = 0; c < 3; ++c) b.force[c][i] = mine[MeanRecord::kForce + c] + static_cast<Real>(2 * mu) * sums[c];
+        largest = larger(largest, mine[MeanRecord::kExtension]);
+    }
+    b.largest_stretch = stretch_of(largest);
+}
+
+/// Minus the gradient of (5): H_p and H_q act on the same bonds; what H_p does is one product with the family's moment.
+template <class Real>
+void force_of_energy(Block<Real>& b, const BondFields& at) {
+    const Families<Real>& family = b.family;
+    const Real* records = b.family_state[AveragedState::averaged_stress].data;
+    const Field<Real>& moment = b.particle_state[AveragedState::moment];
+    Real largest = 0;
+    for (std::uint32_t i = 0; i < b.size; ++i) {
+        const std::uint32_t begin = family.row[i], count = family.row[i + 1] - begin;
+        const Real* influence = at.influence < 0 ? nullptr : b.bond_state[at.influence] + begin;
+        const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
+        const Real* own = records + kMatrixRecord * std::size_t{b.first + i};
+        for (std::uint32_t k = 0; k < count; k += 16) {
+            prefetch(family.neighbour + begin + k);
+            if (influence) prefetch(influence + k);
+        }
+        Real f[3];
+        const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA {
+            sum_products(records, family.neighbour + begin, count, own, weight, f);
+        };
+        if (family.damage && family.damage[i] > 0)
+            sum([&](std::uint32_t k) {
+                return family.is_broken(begin + k) ? Real(0) : influence ? influence[k] : Real(1);
+            });
+        else if (influence)
+            sum([&](std::uint32_t k) { return influence[k]; });
+        else
+            sum([](std::uint32_t) { return Real(1); });
+        for (int c = 0; c < 3; ++c) {
+            const Real here = own[c] * moment[0][i] + own[4 + c] * moment[1][i] + own[8 + c] * moment[2][i];
+            b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * f[c];
+        }
+        largest = larger(largest, mean[MeanRecord::kExtension]);
+    }
+    b.largest_stretch = stretch_of(largest);
+}
+
+/// What permanent strains change in the forces. In the paper's form (`printed`) also |Y| for |Y-|, as (9) prints; the
+/// other one has them in H.
+template <class Real, class Flow>
+void add_yielded(Block<Real>& b, const BondFields& at, const SpringModuli& moduli, const Flow& flow,
+                 const typename Flow::Fields& flow_fields, bool printed) {
+    using P = Pack<Real>;
+    const P lambda(static_cast<Real>(moduli.lambda)), two_mu(static_cast<Real>(2 * moduli.mu));
+    for (std::uint32_t i = 0; i < b.size; ++i) {
+        const Real* position = b.family.position + 4 * std::size_t{b.first + i};
+        P f[4] = {};
+        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P Y[3];
+            bonds.difference(b.family.position, position, Y);
+            const P length = bonds.load(b.family.length), own = bonds.load(b.bond_state[at.own]);
+            const P other = bonds.load(b.bond_state[at.stiffness]) - own, y = norm(Y);
+            const P here = length * bonds.load(b.bond_state[at.strain]);  // e_p |X| of both directions
+            const P there = length * flow.at_other_end(b, bonds, flow_fields);
+            const P spring = live * lambda * inverse_length(y) * (own * here + other * there);
+            for (int c = 0; c < 3; ++c) f[c] -= spring * Y[c];
+            if (!printed) return;
+            const Real* mine = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
+            P theirs[MeanRecord::kWidth], X[3], mean[3];
+            bonds.template gather_packed<MeanRecord::kWidth>(b.family_state[AveragedState::mean_deformation].data,
+                                                             theirs);
+            bonds.difference(b.family.reference, mine + MeanRecord::kReference, X);
+            const auto add = [&](const auto* F, const P& stiffness, const P& yielded) {
+                deform(X, mean, F);
+                const P z = norm(mean), pull = live * two_mu * stiffness * (y - z - yielded) * inverse_length(z);
+                for (int c = 0; c < 3; ++c) f[c] += pull * mean[c];
+            };
+            add(mine, own, here);
+            add(theirs, other, there);
+        });
+        Real sums[4];
+        reduce_four(f, sums);
+        for (int c = 0; c < 3; ++c) b.force[c][i] += sums[c];
+    }
+}
+
+}  // namespace perimpm::peridynamics
