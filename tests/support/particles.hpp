@@ -176,7 +176,7 @@ inline Eigen::Matrix3d rotation(double angle, const perimpm::Vec3& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-inline Eigen::Matrix3d diagonal(double a, double b, double c) { return Vec3(a, b, c).asDiagonal(); }
+inline Eigen::Matrix3d diagonal(double a, double b, double c) { return perimpm::Vec3(a, b, c).asDiagonal(); }
 
 /// The lateral stretch at which a bar of this axial stretch has no lateral stress, which grows with it; tau(F) in any unit.
 template <class Tau>

@@ -12,10 +12,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <random>
 #include <utility>
 
 #include "lattice.hpp"
+#include "random.hpp"
 
 namespace perimpm {
 
@@ -23,21 +23,6 @@ namespace {
 
 constexpr int kLevels = 10;      // the last cells have a diagonal of r / 2^10, about a thousandth of r
 constexpr std::size_t kPad = 2;  // points nearer than r are at most two background cells away
-
-/// std::uniform_real_distribution and std::shuffle differ between standard libraries; the raw engine does not.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
-    double unit() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }  // [0, 1)
-    template <class T>
-    std::vector<T> shuffled(std::vector<T> items) {
-        for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[engine_() % i]);
-        return items;
-    }
-
-private:
-    std::mt19937_64 engine_;
-};
 
 /// Cell of some level: 2^level of them along each side of a background cell.
 using Cell = std::array<std::uint32_t, 3>;
