@@ -154,8 +154,8 @@ TEST_CASE("strands: a stretched one pulls with E A times its strain", "[verifica
 // k^2 <x^4>/(6 <x^2>), <> the family's mean. To leading order, with M the modulus of the springs or averaged bonds,
 //   springs        W = (lambda/2) k^4 sum w V (x^4/(24 |X|^2))^2
 //   averaged bonds W = mu k^4 sum w V (c x^2/|X|^2)^2,  c = <x^4>/(6 <x^2>)
-// so neither has a bending stiffness at small curvature, W ~ k^2: they stiffen as k^4. For full families of constant w the
-// averaged bonds do so (3/8)/144 over (35/128)(1/3)/1152 = 33 times as much as springs of the same modulus.
+// so neither has a bending stiffness at small curvature, W ~ k^2: they stiffen as k^4. For continuous families of constant w
+// mu stores (3/8)/144 over (35/128)(1/3)/1152 = 33 times as much as an equal lambda.
 TEST_CASE("sheets: springs and averaged bonds resist bending with the fourth power of curvature", "[verification]") {
     struct Row {
         const char* table;
