@@ -84,9 +84,10 @@ double step_simulation(SharedSimulation& shared, std::uint64_t count) {
     {
         const py::gil_scoped_release release;
         for (std::uint64_t i = 0; i < count; ++i) {
-            dt = shared.get().step();
+            dt = shared.get().step(1e300, Simulation::Next::step);
             if (!watch.go_on(nullptr)) break;
         }
+        shared.get().settle();
     }
     watch.raise_pending();
     return dt;

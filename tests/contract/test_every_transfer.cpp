@@ -1,4 +1,5 @@
 // What holds for every installed transfer, found through the registry.
+#include <cmath>
 #include <random>
 
 #include "support/every_model.hpp"
@@ -62,6 +63,26 @@ TEMPLATE_TEST_CASE("every transfer: one step conserves mass and momentum", "[con
             for (std::size_t p = 0; p < size; ++p) after += tile.mass(p) * tile.v(p);
             CHECK_THAT(node_mass, WithinRel(mass, rounding));
             CHECK((after - before).norm() <= rounding * scale);
+        }
+    }
+}
+
+TEST_CASE("every transfer: gather only reads the velocities that it declares", "[contract]") {
+    for (const std::string& name : names_of(Family::transfer)) {
+        CAPTURE(name);
+        const auto kernel = transfer(name);
+        if (!kernel->needs().grid) continue;
+        Tile<double> known = random_tile<double>(60), unknown = random_tile<double>(60);
+        for (Tile<double>* tile : {&known, &unknown}) tile->scatter(*kernel, 0.1, true), tile->update();
+        for (std::size_t p = 0; p < 60; ++p) {
+            unknown.set_C(p, Eigen::Matrix3d::Constant(std::nan("")));
+            if (!kernel->needs().own_velocity)
+                unknown.place(p, unknown.x(p), Vec3::Constant(std::nan("")), unknown.mass(p));
+        }
+        for (Tile<double>* tile : {&known, &unknown}) tile->gather(*kernel, 0.1, true);
+        for (std::size_t p = 0; p < 60; ++p) {
+            CHECK(known.v(p) == unknown.v(p));
+            if (kernel->needs().affine) CHECK(known.C(p) == unknown.C(p));
         }
     }
 }

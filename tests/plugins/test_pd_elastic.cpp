@@ -3,6 +3,7 @@
 #include "support/lattice_stiffness.hpp"
 #include "support/message.hpp"
 #include "support/model.hpp"
+#include "support/shaken.hpp"
 
 using namespace perimpm;
 using Eigen::Matrix3d;

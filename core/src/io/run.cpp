@@ -27,6 +27,7 @@ public:
     bool run() {
         try {
             const bool finished = run_frames();
+            simulation_.settle();
             record_.status(finished ? "done" : "stopped");
             return finished;
         } catch (const SimulationError& e) {
@@ -64,7 +65,7 @@ private:
         for (double left = share; left > kTimeTolerance * interval_; left = target - simulation_.time()) {
             share = left / std::ceil(left / share - kTimeTolerance);
             const double before = simulation_.time();
-            share = simulation_.step(share);
+            share = simulation_.step(share, Simulation::Next::step);
             require_progress(before, share);
             if (!go_on()) return false;
         }

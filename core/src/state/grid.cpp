@@ -50,7 +50,8 @@ void for_each_reached(const BlockImages& b, Body body) {
 }  // namespace
 
 template <class Real>
-void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images) {
+void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images,
+                              bool twice) {
     blocks_.resize(keys.size());
     keys_.clear();
     const auto for_each_neighbour = [](const std::int32_t c[3], auto body) {
@@ -84,8 +85,13 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     images_.clear();
     if (images.any()) find_images(images);
     const std::size_t needed = keys_.size() * kBlockValues;
-    if (values_.size() < needed) values_ = AlignedArray<Real>(needed + needed / 4);
-    if (increment && increments_.size() < needed) increments_ = AlignedArray<Real>(needed + needed / 4);
+    const auto provide = [&](AlignedArray<Real>& values) {
+        if (values.size() < needed) values = AlignedArray<Real>(needed + needed / 4);
+    };
+    provide(values_);
+    if (increment) provide(increments_);
+    if (twice) provide(next_values_);
+    if (twice && increment) provide(next_increments_);
 }
 
 template <class Real>

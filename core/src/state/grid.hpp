@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "perimpm/model/transfer_kernel.hpp"
@@ -31,8 +32,10 @@ template <class Real>
 class BlockGrid {
 public:
     /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles. Allocates
-    /// only when there are more blocks than ever before. With images, the nodes that they stand for exist, too.
-    void rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images = {});
+    /// only when there are more blocks than ever before. With images, the nodes that they stand for exist, too. `twice`:
+    /// there are second values for all nodes, which the next step is scattered to before this one's are read.
+    void rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images = {},
+                 bool twice = false);
 
     std::size_t size() const { return coordinates_.size() / 3; }
     const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
@@ -41,11 +44,18 @@ public:
     const std::int32_t* coordinate(std::size_t block) const { return coordinates_.data() + 3 * block; }
     Real* nodes(std::size_t block) { return values_.data() + block * kBlockValues; }
     Real* increments(std::size_t block) { return increments_.data() + block * kBlockValues; }
+    Real* next_nodes() { return next_values_.data(); }
+    Real* next_increments() { return next_increments_.data(); }
+    /// The second values become the grid's.
+    void swap_nodes() { std::swap(values_, next_values_), std::swap(increments_, next_increments_); }
     /// Nodes on and behind mirrors and periodic borders, in the order of the nodes they stand for; those on a face last.
     const std::vector<NodeImage>& images() const { return images_; }
     Real* node(std::uint32_t number) { return values_.data() + 4 * std::size_t{number}; }
     Real* increment(std::uint32_t number) { return increments_.data() + 4 * std::size_t{number}; }
-    std::size_t bytes() const { return values_.bytes() + increments_.bytes() + images_.capacity() * sizeof(NodeImage); }
+    std::size_t bytes() const {
+        return values_.bytes() + increments_.bytes() + next_values_.bytes() + next_increments_.bytes() +
+               images_.capacity() * sizeof(NodeImage);
+    }
 
     /// Adds a tile to the blocks it overlaps; `second`: the increments.
     void add_tile(const ParticleBlock& block, const Real* tile, bool second) {
@@ -67,7 +77,7 @@ private:
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;
     std::vector<NodeImage> images_;
-    AlignedArray<Real> values_, increments_;
+    AlignedArray<Real> values_, increments_, next_values_, next_increments_;
 };
 
 extern template class BlockGrid<float>;

@@ -266,7 +266,7 @@ void build_world(World<Real>& w) {
                 w.volume[at] = static_cast<Real>(body.particle_volume);
                 w.mass[at] = static_cast<Real>(spec.density * body.particle_volume);
                 w.id[at++] = first_id + p;
-                w.max_speed = std::max(w.max_speed, v.norm());
+                w.set_speed(std::max(w.max_speed, v.norm()));
                 X.push_back(x);
             }
             begins.push_back(X.size());

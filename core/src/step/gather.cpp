@@ -30,43 +30,50 @@ void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std
 
 }  // namespace
 
+template <class Real>
+void note_gathered_speed(World<Real>& w) {
+    const GridMotion& motion = w.motion;
+    double fastest2 = 0;
+    for (const BlockFindings& found : w.found) {
+        if (std::isnan(found.speed2)) {
+            w.drift = w.spacing();  // a further step must sort first, which names the particle
+            throw SimulationError(fmt::format(
+                "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
+                "lower simulation.safety or dt, or check the material's parameters",
+                motion.step, motion.start, motion.dt));
+        }
+        fastest2 = std::max(fastest2, found.speed2);
+    }
+    w.gathered_speed = std::sqrt(fastest2);
+    if (!may_defer_gather(w)) w.max_speed = w.gathered_speed;
+    // Rounding of x + dt v may move a slow particle farther than dt v.
+    w.drift += motion.dt * w.gathered_speed + static_cast<double>(std::numeric_limits<Real>::epsilon()) * w.farthest;
+}
+
 /// Grid velocities back to the particles, which move with them. Also finds the largest speed, and any that is not
 /// finite.
 template <class Real>
 void gather(World<Real>& w) {
-    const std::size_t blocks = w.grid.particle_blocks().size();
-    w.partial.resize(std::max(w.partial.size(), blocks));
-    w.threads.run(blocks, [&](std::size_t index) {
+    w.found.resize(w.grid.particle_blocks().size());
+    w.threads.run(w.found.size(), [&](std::size_t index) {
         const ParticleBlock& block = w.grid.particle_blocks()[index];
-        Scratch<Real>& s = w.own_scratch();
-        w.grid.load_tile(block, s.tile.data(), false);
-        if (w.transfer_needs.increment) w.grid.load_tile(block, s.increment.data(), true);
+        load_tiles(w, block, w.own_scratch().now);
         double fastest2 = 0;
         for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
             TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
+            b.dt = static_cast<Real>(w.motion.dt);
             if (m.has_bonds()) pack(w, m, b, first);
             w.transfer->gather(b);
             if (m.has_bonds()) unpack(w, m, b, first);
             fastest2 = std::isfinite(b.sum2) ? std::max(fastest2, static_cast<double>(b.fastest2)) : std::nan("");
         });
-        w.partial[index] = fastest2;
+        w.found[index] = {.speed2 = fastest2};
     });
-    double fastest2 = 0;
-    for (std::size_t b = 0; b < blocks; ++b) {
-        if (std::isnan(w.partial[b])) {
-            w.drift = w.spacing();  // a further step must sort first, which names the particle
-            throw SimulationError(fmt::format(
-                "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
-                "lower simulation.safety or dt, or check the material's parameters",
-                w.steps + 1, w.time, w.dt));
-        }
-        fastest2 = std::max(fastest2, w.partial[b]);
-    }
-    w.max_speed = std::sqrt(fastest2);
-    // Rounding of x + dt v may move a slow particle farther than dt v.
-    w.drift += w.dt * w.max_speed + static_cast<double>(std::numeric_limits<Real>::epsilon()) * w.farthest;
+    note_gathered_speed(w);
 }
 
+template void note_gathered_speed(World<float>&);
+template void note_gathered_speed(World<double>&);
 template void gather(World<float>&);
 template void gather(World<double>&);
 

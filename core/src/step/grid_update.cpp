@@ -1,3 +1,6 @@
+#include <cmath>
+#include <limits>
+
 #include "step/world.hpp"
 
 namespace perimpm {
@@ -37,8 +40,9 @@ void obey(const World<Real>& w, const NearObstacles& near, const Vec3& x, Real* 
     for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
 }
 
+/// Returns the square of the largest speed of the block's nodes, infinite when one is not finite.
 template <class Real>
-void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
+double update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
     const double dx = w.spacing();
     const std::int32_t* coordinate = w.grid.coordinate(g);
     const Real gravity[3] = {static_cast<Real>(w.dt * w.scene.simulation.gravity[0]),
@@ -48,6 +52,7 @@ void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
     Real* increment = w.transfer_needs.increment ? w.grid.increments(g) : nullptr;
     const auto decay = static_cast<Real>(std::exp(-w.scene.simulation.damping * w.dt));
     const bool obstacles = near.faces || !near.colliders.empty();
+    Real fastest2 = 0;
     for (int n = 0; n < kNodesPerBlock; ++n, node += 4) {
         const Real mass = node[3];
         if (!(mass > 0)) continue;
@@ -60,13 +65,17 @@ void update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
             }
             node[c] = decay * (node[c] + gravity[c]);
         }
-        if (!obstacles) continue;
-        const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),
-                     dx * (kBlockNodes * coordinate[2] + n % 4));
-        obey(w, near, x, node, Acting::all);
-        // A clamp took its share of the velocity long ago: without this, FLIP would take it again in every step.
-        if (increment) obey(w, near, x, increment + 4 * n, Acting::lasting);
+        if (obstacles) {
+            const Vec3 x(dx * (kBlockNodes * coordinate[0] + n / 16), dx * (kBlockNodes * coordinate[1] + n / 4 % 4),
+                         dx * (kBlockNodes * coordinate[2] + n % 4));
+            obey(w, near, x, node, Acting::all);
+            // A clamp took its share of the velocity long ago: without this, FLIP would take it again in every step.
+            if (increment) obey(w, near, x, increment + 4 * n, Acting::lasting);
+        }
+        const Real speed2 = node[0] * node[0] + node[1] * node[1] + node[2] * node[2];
+        if (!(speed2 <= fastest2)) fastest2 = std::isnan(speed2) ? std::numeric_limits<Real>::infinity() : speed2;
     }
+    return fastest2;
 }
 
 template <class Real>
@@ -89,11 +98,15 @@ void find_near(const World<Real>& w, std::size_t g, NearObstacles& near) {
 template <class Real>
 void update_grid(World<Real>& w) {
     for (Collider& collider : w.colliders) collider.set_time(w.time + w.dt);
+    w.partial.resize(std::max(w.partial.size(), w.grid.size()));
     w.threads.run(w.grid.size(), [&](std::size_t g) {
         NearObstacles& near = w.own_scratch().near;
         find_near(w, g, near);
-        update_block(w, g, near);
+        w.partial[g] = update_block(w, g, near);
     });
+    double fastest2 = 0;
+    for (std::size_t g = 0; g < w.grid.size(); ++g) fastest2 = std::max(fastest2, w.partial[g]);
+    w.motion = {.step = w.steps + 1, .start = w.time, .dt = w.dt, .fastest = std::sqrt(fastest2), .owed = true};
 }
 
 template void update_grid(World<float>&);

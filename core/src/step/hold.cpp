@@ -36,10 +36,11 @@ void scatter_held_block(World<Real>& w, std::size_t index) {
     const ParticleBlock& block = w.grid.particle_blocks()[index];
     Conditions<Real>& all = w.conditions;
     Scratch<Real>& s = w.own_scratch();
+    AlignedArray<Real>& tile = s.now.tile;
     std::uint32_t number[kChunk];
     // The kernel carries v from particles to nodes: first what is prescribed, then 1 where something is.
     for (const bool indicator : {false, true}) {
-        std::fill_n(s.tile.data(), s.tile.size(), Real(0));
+        std::fill_n(tile.data(), tile.size(), Real(0));
         for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
             TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
             b.size = pack_held(w, m, first, size, number);
@@ -55,7 +56,7 @@ void scatter_held_block(World<Real>& w, std::size_t index) {
             b.F = {}, b.tau = {};
             w.transfer->scatter(b);
         });
-        w.grid.add_tile_to(block, s.tile.data(), (indicator ? all.mass : all.momentum).data());
+        w.grid.add_tile_to(block, tile.data(), (indicator ? all.mass : all.momentum).data());
     }
 }
 

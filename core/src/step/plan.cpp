@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "step/world.hpp"
+#include "step/transfer.hpp"
 
 namespace perimpm {
 
@@ -113,6 +113,9 @@ private:
         if (affine) writes.push_back("C");
         if (local) writes.push_back("F");
         pass("gather", kEachStep, {"grid", "x"}, writes, {w_.scene.transfer.type});
+        if (may_defer_gather(w_))
+            pass("gather, stress and scatter", "for both, between steps without a look or a sort",
+                 {"grid", "x", "F", "mass", "volume"}, {"x", "F", "grid"}, models);
         if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"x", "v"});
     }
     void add_particle_passes() {

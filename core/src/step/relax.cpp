@@ -15,7 +15,7 @@ template <class Real>
 void stop(World<Real>& w) {
     for (int c = 0; c < 3; ++c) std::fill_n(w.v[c], w.count, Real(0));
     for (std::size_t c = 0; c < w.C.components(); ++c) std::fill_n(w.C[c], w.count, Real(0));
-    w.max_speed = 0;
+    w.set_speed(0);
 }
 
 /// Twice the kinetic energy over the mass [m^2/s^2].

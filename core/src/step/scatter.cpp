@@ -27,46 +27,31 @@ template <class Real>
 void scatter_block(World<Real>& w, std::size_t index) {
     const ParticleBlock& block = w.grid.particle_blocks()[index];
     Scratch<Real>& s = w.own_scratch();
-    std::fill_n(s.tile.data(), s.tile.size(), Real(0));
-    if (w.transfer_needs.increment) std::fill_n(s.increment.data(), s.increment.size(), Real(0));
+    clear(w, s.now);
     for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
         TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
         if (m.has_bonds()) {
             pack(w, m, b, first);
+            w.transfer->scatter(b);
         } else {
-            Block<Real> law = make_block(w, m, first, size);
-            law.tau = s.tau.view();
-            m.law->evaluate(law, b.dt);
-            b.tau = law.tau;
+            scatter_stressed(w, m, first, b);
         }
-        w.transfer->scatter(b);
     });
-    w.grid.add_tile(block, s.tile.data(), false);
-    if (w.transfer_needs.increment) w.grid.add_tile(block, s.increment.data(), true);
+    w.grid.add_tile(block, s.now.tile.data(), false);
+    if (w.transfer_needs.increment) w.grid.add_tile(block, s.now.increment.data(), true);
 }
 
 }  // namespace
 
-/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Ranges of blocks of
-/// one colour write to different nodes, so nothing is atomic and the sums have a fixed order.
+/// Mass, momentum and internal forces to the grid. Stress of local laws is computed here, in cache. Nothing is atomic, and
+/// sums have a fixed order.
 template <class Real>
 void scatter(World<Real>& w) {
-    w.timer("clear grid", [&] {
-        w.threads.run(w.grid.size(), [&](std::size_t g) {
-            std::fill_n(w.grid.nodes(g), kBlockValues, Real(0));
-            if (w.transfer_needs.increment) std::fill_n(w.grid.increments(g), kBlockValues, Real(0));
-        });
-    });
+    w.timer("clear grid", [&] { clear_nodes(w, w.grid.nodes(0), w.grid.increments(0)); });
     const bool stress =
         std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return !m.has_bonds(); });
-    w.timer(stress ? "stress and scatter" : "scatter", [&] {
-        for (int colour = 0; colour < 8; ++colour) {
-            const std::vector<BlockRange>& ranges = w.grid.colour(colour);
-            w.threads.run(ranges.size(), [&](std::size_t i) {
-                for (std::uint32_t b = ranges[i].first; b < ranges[i].end; ++b) scatter_block(w, b);
-            });
-        }
-    });
+    w.timer(stress ? "stress and scatter" : "scatter",
+            [&] { for_each_block_by_colour(w, [&](std::size_t b) { scatter_block(w, b); }); });
 }
 
 template void scatter(World<float>&);

@@ -3,14 +3,15 @@
 #include <utility>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/transfer.hpp"
 
 namespace perimpm {
 
 class Simulation::Engine {
 public:
     virtual ~Engine() = default;
-    virtual double step(double longest) = 0;
+    virtual double step(double longest, Next next) = 0;
+    virtual void settle() = 0;
     virtual void add_condition(const ConditionSpec& spec, ConditionFunction function) = 0;
     virtual Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) = 0;
     virtual const Scene& scene() const = 0;
@@ -52,19 +53,20 @@ public:
     Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) override {
         return perimpm::relax(w_, residual, most_steps, [&] {
             const double time = w_.time;
-            step(1e300);
+            step(1e300, Next::look);
             w_.time = time;
             if (after_step) after_step();
         });
     }
 
     /// One step of the method; the numbers are those of the paper's list (section 3).
-    double step(double longest) override {
+    double step(double longest, Next next) override {
+        if (!gather_can_wait(w_)) settle();
         if (std::exchange(positions_written_, false)) accept_positions(w_);
         if (std::exchange(velocities_written_, false)) accept_velocities(w_);
         w_.dt = choose_time_step(w_, longest);
         if (w_.transfer_needs.grid)
-            grid_step();
+            grid_step(next == Next::step && may_defer_gather(w_));
         else
             integrate_particles(w_);
         w_.time += w_.dt;
@@ -72,22 +74,45 @@ public:
         return w_.dt;
     }
 
+    void settle() override {
+        if (!std::exchange(w_.motion.owed, false)) return;
+        w_.timer("gather", [&] { gather(w_); });                                                     // 5
+        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
+        if (w_.conditions.holds()) w_.timer("conditions", [&] { move_held_particles(w_); });
+    }
+
     const Scene& scene() const override { return w_.scene; }
-    Ledger ledger() override { return take_ledger(w_); }
-    std::vector<FieldView> fields(const std::string& material) override { return list_fields(w_, material); }
+    Ledger ledger() override { return settle(), take_ledger(w_); }
+    std::vector<FieldView> fields(const std::string& material) override { return settle(), list_fields(w_, material); }
     std::vector<std::string> frame_fields() override { return list_frame_fields(w_); }
     Frame frame(std::uint32_t number, const std::vector<std::string>& names) override {
-        return make_frame(w_, number, names);
+        return settle(), make_frame(w_, number, names);
     }
-    void positions_changed() override { positions_written_ = true; }
-    void velocities_changed() override { velocities_written_ = true; }
+    void positions_changed() override { settle(), positions_written_ = true; }
+    void velocities_changed() override { settle(), velocities_written_ = true; }
     double time() const override { return w_.time; }
     std::uint64_t steps() const override { return w_.steps; }
     std::uint64_t generation() const override { return w_.generation; }
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
-    void grid_step() {
+    void grid_step(bool defer_gather) {
+        if (std::exchange(w_.motion.owed, false))
+            gather_and_scatter(w_);  // 5 of the last step; 1, 2
+        else
+            prepare_and_scatter();
+        if (may_defer_gather(w_)) w_.max_speed = w_.gathered_speed;
+        w_.timer("grid update", [&] {  // 3, 4
+            const bool held = w_.conditions.holds();
+            if (w_.images.any()) fold_images(w_);
+            update_grid(w_);
+            if (held) hold_nodes(w_);
+            if (w_.images.any()) unfold_images(w_);
+        });
+        if (!defer_gather) settle();
+    }
+
+    void prepare_and_scatter() {
         if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
             w_.timer("sort", [&] { sort_particles(w_); });
         compute_bond_forces(w_);  // 7 of the last step
@@ -98,16 +123,7 @@ private:
                 prescribe_velocities(w_, w_.time + w_.dt / 2);
                 if (held) scatter_held(w_);
             });
-        scatter(w_);                   // 1, 2
-        w_.timer("grid update", [&] {  // 3, 4
-            if (w_.images.any()) fold_images(w_);
-            update_grid(w_);
-            if (held) hold_nodes(w_);
-            if (w_.images.any()) unfold_images(w_);
-        });
-        w_.timer("gather", [&] { gather(w_); });                                                     // 5
-        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
-        if (held) w_.timer("conditions", [&] { move_held_particles(w_); });
+        scatter(w_);  // 1, 2
     }
 
     World<Real> w_;
@@ -123,7 +139,8 @@ Simulation::Simulation(Scene scene, int threads) {
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 
-double Simulation::step(double longest) { return engine_->step(longest); }
+double Simulation::step(double longest, Next next) { return engine_->step(longest, next); }
+void Simulation::settle() { engine_->settle(); }
 void Simulation::add_condition(const ConditionSpec& spec, ConditionFunction function) {
     engine_->add_condition(spec, std::move(function));
 }

@@ -45,10 +45,15 @@ void measure_bounds(World<Real>& w) {
 }
 
 template <class Real>
-double fastest_motion(const World<Real>& w) {
-    double speed = w.max_speed;
+double fastest_collider(const World<Real>& w) {
+    double speed = 0;
     for (const Collider& collider : w.colliders) speed = std::max(speed, collider.max_speed());
     return speed;
+}
+
+template <class Real>
+double fastest_motion(const World<Real>& w) {
+    return std::max(w.max_speed, fastest_collider(w));
 }
 
 template <class Real>
@@ -61,12 +66,6 @@ double time_step_bound(const World<Real>& w, double wave_speed) {
 template <class Real>
 double choose_time_step(World<Real>& w, double longest) {
     const SimulationSpec& s = w.scene.simulation;
-    if (w.transfer_needs.grid && w.steps % kMeasureInterval == 0 && w.steps > 0)
-        w.timer("time step", [&] {
-            for (Material<Real>& m : w.materials)
-                if (m.has_bonds()) pack_positions(w, m);
-            measure_bounds(w);
-        });
     const double bound = time_step_bound(w, w.wave_speed);
     if (!s.dt && !std::isfinite(bound))
         throw InputError(s.dt_place.text(),
@@ -75,11 +74,19 @@ double choose_time_step(World<Real>& w, double longest) {
         if (w.steps == 0) throw InputError(s.dt_place.text(), excess_message(w, *s.dt, bound));
         throw SimulationError(fmt::format("step {}: {}", w.steps + 1, excess_message(w, *s.dt, bound)));
     }
+    if (measures_now(w) && !w.motion.owed)
+        w.timer("time step", [&] {
+            for (Material<Real>& m : w.materials)
+                if (m.has_bonds()) pack_positions(w, m);
+            measure_bounds(w);
+        });
     return std::min(s.dt ? *s.dt : s.safety * bound, longest);
 }
 
 template void measure_bounds(World<float>&);
 template void measure_bounds(World<double>&);
+template double fastest_collider(const World<float>&);
+template double fastest_collider(const World<double>&);
 template double fastest_motion(const World<float>&);
 template double fastest_motion(const World<double>&);
 template double time_step_bound(const World<float>&, double);

@@ -1,8 +1,18 @@
 #pragma once
 
+#include <algorithm>
+
 #include "step/world.hpp"
 
 namespace perimpm {
+
+/// Whether gathers may wait for the scatter of the next step: particles of local laws on a grid, which no condition pushes
+/// between the two.
+template <class Real>
+bool may_defer_gather(const World<Real>& w) {
+    return w.transfer_needs.grid && w.conditions.list.empty() &&
+           std::none_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.has_bonds(); });
+}
 
 /// What the transfer kernel sees of `size` particles from number `first` of the material's grid order. Particles of
 /// local laws lie in that order already; those of bond laws are brought into it in the worker's scratch.
@@ -15,8 +25,8 @@ TransferBlock<Real> make_transfer_block(World<Real>& w, Material<Real>& m, const
     b.dt = static_cast<Real>(w.dt);
     b.spacing = static_cast<Real>(w.spacing());
     for (int c = 0; c < 3; ++c) b.origin[c] = kBlockNodes * block.coordinate[c] - kTileOffset;
-    b.tile = s.tile.data();
-    b.increment = w.transfer_needs.increment ? s.increment.data() : nullptr;
+    b.tile = s.now.tile.data();
+    b.increment = w.transfer_needs.increment ? s.now.increment.data() : nullptr;
     const std::size_t at = m.begin + first;
     if (!m.has_bonds()) {
         b.x = w.x.view().from(at), b.v = w.v.view().from(at);
@@ -43,5 +53,53 @@ void for_each_run(World<Real>& w, std::size_t b, Body body) {
         for (std::size_t first = m.block_begin[b]; first < m.block_begin[b + 1]; first += kChunk)
             body(m, first, std::min<std::size_t>(kChunk, m.block_begin[b + 1] - first));
 }
+
+/// Calls body(number) for every particle block, in parallel, so that tiles of blocks visited at the same time do not
+/// overlap, and that each node sees its blocks in the same order however many threads there are.
+template <class Real, class Body>
+void for_each_block_by_colour(World<Real>& w, Body body) {
+    for (int colour = 0; colour < 8; ++colour) {
+        const std::vector<BlockRange>& ranges = w.grid.colour(colour);
+        w.threads.run(ranges.size(), [&](std::size_t i) {
+            for (std::uint32_t b = ranges[i].first; b < ranges[i].end; ++b) body(b);
+        });
+    }
+}
+
+/// Zeros for all nodes, and for their increments where the transfer has such.
+template <class Real>
+void clear_nodes(World<Real>& w, Real* nodes, Real* increments) {
+    w.threads.run(w.grid.size(), [&](std::size_t g) {
+        std::fill_n(nodes + g * kBlockValues, kBlockValues, Real(0));
+        if (w.transfer_needs.increment) std::fill_n(increments + g * kBlockValues, kBlockValues, Real(0));
+    });
+}
+
+template <class Real>
+void clear(const World<Real>& w, Tiles<Real>& tiles) {
+    std::fill_n(tiles.tile.data(), tiles.tile.size(), Real(0));
+    if (w.transfer_needs.increment) std::fill_n(tiles.increment.data(), tiles.increment.size(), Real(0));
+}
+
+template <class Real>
+void load_tiles(const World<Real>& w, const ParticleBlock& block, Tiles<Real>& tiles) {
+    w.grid.load_tile(block, tiles.tile.data(), false);
+    if (w.transfer_needs.increment) w.grid.load_tile(block, tiles.increment.data(), true);
+}
+
+/// Stress of a local law's particles, in cache, and what they give to the tile.
+template <class Real>
+void scatter_stressed(World<Real>& w, Material<Real>& m, std::size_t first, TransferBlock<Real>& b) {
+    Block<Real> law = make_block(w, m, first, b.size);
+    law.v = b.v;
+    law.tau = w.own_scratch().tau.view();
+    m.law->evaluate(law, b.dt);
+    b.tau = law.tau;
+    w.transfer->scatter(b);
+}
+
+/// Notes how far the gather moved particles, from what was found by block.
+template <class Real>
+void note_gathered_speed(World<Real>& w);
 
 }  // namespace perimpm

@@ -87,10 +87,16 @@ struct NearObstacles {
     bool faces;
 };
 
+/// A tile, and a second one where the grid keeps the velocity before forces.
+template <class Real>
+struct Tiles {
+    AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
+};
+
 /// Buffers of one worker.
 template <class Real>
 struct Scratch {
-    AlignedArray<Real> tile{kTileValues + kTilePadding}, increment{kTileValues + kTilePadding};
+    Tiles<Real> now, next;  ///< to gather from or scatter to; to scatter to while `now` is gathered from
     FieldArray<Real> tau{kChunk, 6};
     FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9},
         force{kChunk, 3};  ///< bond laws' particles in grid order
@@ -121,6 +127,21 @@ private:
     std::vector<PassTime> passes_;
 };
 
+/// The step whose velocities the grid holds.
+struct GridMotion {
+    std::uint64_t step = 0;    ///< its number
+    double start = 0, dt = 0;  ///< [s]
+    double fastest = 0;        ///< largest speed of a node with mass, infinite when one is not finite [m/s]
+    bool owed = false;         ///< particles have not moved with it yet
+};
+
+/// What a gather, and what is done with the particles in the same pass, found in a block.
+struct BlockFindings {
+    double speed2 = 0;    ///< largest squared grid velocity at a particle, not a number if one is not finite [m^2/s^2]
+    double collided = 0;  ///< largest change of a velocity by colliders [m/s]
+    double wave_speed = 0;  ///< largest, if it was measured [m/s]
+};
+
 /// Everything a step works on. The stages are free functions over it, one file each.
 template <class Real>
 struct World {
@@ -145,11 +166,16 @@ struct World {
     DomainImages images;                 ///< of the domain's faces that are mirrors or periodic
     std::vector<Scratch<Real>> scratch;  ///< by worker
     std::vector<double> partial;         ///< by block or chunk, for ordered reductions
+    std::vector<BlockFindings> found;    ///< by particle block
 
     double time = 0;
     std::uint64_t steps = 0;
-    double dt = 0;              ///< of the step being taken
-    double max_speed = 0;       ///< of the grid at particles, last step [m/s]
+    double dt = 0;  ///< of the step being taken
+    double max_speed =
+        0;  ///< of the grid at particles [m/s]: where gathers may be deferred, of the step before the last,
+            ///< so that the next step is chosen alike whether the last gather has been done or not
+    double gathered_speed = 0;  ///< as the last gather found it
+    GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]
     double particle_bound = 0;  ///< particle transfer: the laws' stable step [s]
     double drift = 0;           ///< how far any particle may have moved since the sort [m]
@@ -162,6 +188,7 @@ struct World {
     PassTimer timer;
 
     double spacing() const { return scene.grid.spacing; }
+    void set_speed(double speed) { max_speed = gathered_speed = speed; }
     Scratch<Real>& own_scratch() { return scratch[Threads::current()]; }
 };
 
@@ -198,6 +225,12 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.family.length = m.length.data();
     }
     return b;
+}
+
+/// Whether the state at the start of this step is measured; the next steps are chosen by what is found.
+template <class Real>
+bool measures_now(const World<Real>& w) {
+    return w.transfer_needs.grid && w.steps > 0 && w.steps % kMeasureInterval == 0;
 }
 
 /// Calls body(chunk number, block) for every fixed chunk of the material, in parallel.
@@ -244,10 +277,22 @@ template <class Real>
 void unfold_images(World<Real>& w);
 template <class Real>
 void gather(World<Real>& w);
+/// Whether the next step need not sort first, so that its scatter can follow the owed gather block by block.
+template <class Real>
+bool gather_can_wait(const World<Real>& w);
+/// The owed gather and the scatter of the present step in one pass over the particles.
+template <class Real>
+void gather_and_scatter(World<Real>& w);
 template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
+/// Step 6 for `size` particles with positions x and velocities v. Returns the largest change of a velocity [m/s].
+template <class Real>
+double collide_run(const World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size);
+/// The largest speed of a collider [m/s].
+template <class Real>
+double fastest_collider(const World<Real>& w);
 template <class Real>
 Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, const std::function<void()>& step);
 /// Forces of one chunk's block, from packed positions; notes its largest stretch where a criterion may ask for it.

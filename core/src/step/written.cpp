@@ -40,7 +40,7 @@ void accept_velocities(World<Real>& w) {
         for (int c = 0; c < 3; ++c) speed2 += static_cast<double>(w.v[c][p]) * static_cast<double>(w.v[c][p]);
         fastest2 = std::max(fastest2, speed2);
     }
-    w.max_speed = std::sqrt(fastest2);
+    w.set_speed(std::sqrt(fastest2));
 }
 
 template void accept_positions(World<float>&);

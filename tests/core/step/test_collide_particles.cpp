@@ -11,6 +11,7 @@ std::unique_ptr<World<double>> sunken(const Overrides& more) {
     overrides.insert(overrides.end(), more.begin(), more.end());
     auto w = box_world(overrides);
     w->x[1][0] = -0.005;
+    w->motion.dt = 1e-3;
     collide_particles(*w);
     return w;
 }

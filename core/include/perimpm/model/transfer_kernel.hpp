@@ -39,10 +39,11 @@ struct TransferBlock {
 
 struct TransferNeeds {
     bool grid = true;
-    bool affine = false;      ///< an affine velocity field C per particle
-    bool increment = false;   ///< the grid keeps the velocity before forces (FLIP)
-    std::uint32_t order = 0;  ///< B-spline degree; 0 without grid
-    double courant = 0;       ///< largest stable (c + |v|) dt / dx
+    bool affine = false;        ///< an affine velocity field C per particle
+    bool increment = false;     ///< the grid keeps the velocity before forces (FLIP)
+    bool own_velocity = false;  ///< gather reads the velocities that particles had (FLIP); else they may hold anything
+    std::uint32_t order = 0;    ///< B-spline degree; 0 without grid
+    double courant = 0;         ///< largest stable (c + |v|) dt / dx
 };
 
 /// Carries mass, momentum and forces between particles and grid, or moves particles without one.
@@ -54,7 +55,8 @@ public:
     virtual TransferNeeds needs() const noexcept = 0;
     /// Adds the particles' mass, momentum and dt times their internal force to the tile.
     virtual void scatter(TransferBlock<Real>& b) const = 0;
-    /// Reads the tile's velocities: new v, C, x, and F by the velocity gradient.
+    /// Reads the tile's velocities: new v, C, x, and F by the velocity gradient. C is written only, and v, too, unless
+    /// `own_velocity` is declared.
     virtual void gather(TransferBlock<Real>& b) const = 0;
 };
 

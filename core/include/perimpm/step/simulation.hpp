@@ -52,8 +52,14 @@ public:
     ~Simulation();
     Simulation(Simulation&&) noexcept;
 
+    /// What comes after a step: somebody may look at the particles through views, or a further step or settle() follows at
+    /// once. Before a step, where the scene allows it, particles are moved and scattered in one pass, which saves half the
+    /// memory traffic. The other members see the particles as they should be in either case, and bits are the same.
+    enum class Next { look, step };
     /// Advances one step of at most `longest` [s]. Returns the step taken [s]. Throws SimulationError.
-    double step(double longest = 1e300);
+    double step(double longest = 1e300, Next next = Next::look);
+    /// Moves particles that wait for the next step. Throws SimulationError.
+    void settle();
 
     /// Adds a condition before the first step: as in a scene's [[condition]], or with values from `function`, which is
     /// called once per step (twice without a grid) on the stepping thread. Throws InputError, also after a step.

@@ -93,6 +93,9 @@ void sample_tile(const Real* tile, const Stencils<Real, Order>& s, const LaneWei
     });
 }
 
+/// Particles to be asked for in advance: a dozen streams, which the processor does not follow by itself.
+inline constexpr std::size_t kAhead = 128;
+
 /// F <- (I + dt grad v) F.
 template <class Real>
 PERIMPM_INLINE void update_deformation(const Field<Real>& F, std::size_t at, std::size_t count,
@@ -124,6 +127,11 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
             P x[3];
             for (int c = 0; c < 3; ++c)
                 x[c] = load(b.x[c] + first + p, std::min(kLanes<Real>, size - p)) * inverse_spacing;
+            if constexpr (Local) {
+                const std::size_t ahead = first + p + kAhead;
+                for (int c = 0; c < 3; ++c) __builtin_prefetch(b.x[c] + ahead, 0, 2);
+                for (int c = 0; c < 9; ++c) __builtin_prefetch(b.F[c] + ahead, 0, 2);
+            }
             s.set(p, x, b.origin, [&](const auto* splines) { weight.store(p, splines); });
         }
         sample_tile(b.tile, s, weight, now, size);

@@ -38,7 +38,11 @@ public:
                                    "\"mls\" needs order 2 or 3: the linear spline's second moment vanishes at nodes");
     }
     TransferNeeds needs() const noexcept override {
-        return {.affine = Scheme::affine, .increment = Scheme::increment, .order = order_, .courant = kCourant[order_]};
+        return {.affine = Scheme::affine,
+                .increment = Scheme::increment,
+                .own_velocity = Scheme::increment,
+                .order = order_,
+                .courant = kCourant[order_]};
     }
     void scatter(TransferBlock<Real>& b) const override {
         dispatch(b, [&]<int Order, bool mls, bool Local>() { bspline::scatter<Scheme, Real, Order, mls, Local>(b); });
