@@ -32,7 +32,7 @@ def _off(value: float, asked: float) -> str:
     """`value` against `asked` in per cent."""
     if isnan(value / asked):
         return "-"
-    return "unstable" if isinf(value) else f"{100 * (value / asked - 1):+.2f} %"
+    return "unstable" if isinf(value) else f"{round(100 * (value / asked - 1), 2) + 0.0:+.2f} %"
 
 
 def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[str, ...]]:

@@ -16,37 +16,26 @@ LAWS: dict[str, Tree] = {
 }
 STRAND: Tree = {"type": "polyline", "points": [[0, LENGTH, 0], [0, 0, 0]]}
 SHEET: Tree = {"type": "rectangle", "corner": [0, 0, 0], "edge_u": [0.4, 0, 0], "edge_v": [0, LENGTH, 0]}
-THIN: dict[str, tuple[Tree, Tree]] = {
-    "strand": (STRAND, {"cross_section": 1e-6}),
-    "sheet": (SHEET, {"thickness": 1e-3}),
-}
 
 
-def thin_scene(kind: str, law: Tree, **more: object) -> Tree:
-    shape, across = THIN[kind]
-    tree = scene(law, shape, H, gravity=(0.0, -G, 0.0), **more)
-    tree["body"][0] |= across
-    return tree
-
-
-@pytest.mark.parametrize("kind", THIN)
 @pytest.mark.parametrize("law", LAWS)
-def test_stretched_by_its_weight(kind: str, law: str) -> None:
-    """u(y) = rho g (y0 - y) (L - (y0 - y)/2) / E below the clamped end, whatever thickness and Poisson's ratio."""
-    tree = thin_scene(kind, LAWS[law], transfer={"type": "particle"})
+def test_strand_stretched_by_its_weight(law: str) -> None:
+    """u = rho g d (L - d/2) / E at the depth d below the clamped end of length L, whatever the cross-section."""
+    tree = scene(LAWS[law], dict(STRAND), H, gravity=(0.0, -G, 0.0), transfer={"type": "particle"})
+    tree["body"][0]["cross_section"] = 1e-6
     clamp = {"type": "box", "min": [-1, LENGTH - 3.1 * H, -1], "max": [1, 2, 1]}
     tree["condition"] = [{"shape": clamp, "clamped": True}]
     sim = perimpm.Simulation(tree, threads=1)
     start = sim.particles["x"].copy()
     sim.relax(1e-5)
     moved = start[:, 1] - sim.particles["x"][:, 1]
-    depth = start[start[:, 1] < LENGTH - 3.1 * H, 1].max() + H / 2 - start[:, 1]  # below the clamped rows
+    depth = start[start[:, 1] < LENGTH - 3.1 * H, 1].max() + H / 2 - start[:, 1]
     free = depth.max() + H / 2
     expected = DENSITY * G * depth * (free - depth / 2) / YOUNG
     middle = (depth > 0.2) & (depth < 0.8)
     slope = np.polyfit(expected[middle], moved[middle], 1)[0]
-    print(f"{kind} of {law}: stiffness over the closed form {1 / slope:.4f}")
-    assert slope == pytest.approx(1, abs=0.01 if kind == "strand" else 0.08)
+    print(f"strand of {law}: stiffness over the closed form {1 / slope:.4f}")
+    assert slope == pytest.approx(1, abs=1e-3)
 
 
 @pytest.mark.parametrize("transfer", ["apic", "flip", "particle"])
@@ -60,13 +49,13 @@ def test_a_cloth_on_two_pins(transfer: str) -> None:
     ]
     sim = perimpm.Simulation(tree, threads=1)
     start = sim.particles.by_id("x")
-    while sim.time < 0.6:
+    while sim.time < 0.3:  # a plate would pass below its hinges after 0.31 s
         sim.step(50)
     x = sim.particles.by_id("x")
     assert np.isfinite(x).all() and np.isfinite(sim.particles["v"]).all()
     pinned = np.linalg.norm(x - start, axis=1) < 1e-9
     assert pinned.sum() == 2 * 4
-    assert x[:, 1].min() < -0.2
+    assert x[:, 1].min() < -0.3
     rows = np.sqrt(len(x)).astype(int)
     edges = np.linalg.norm(np.diff(x.reshape(rows, rows, 3), axis=1), axis=2)
     assert edges.max() < 1.5 * H
