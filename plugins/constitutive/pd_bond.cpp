@@ -2,7 +2,8 @@
       (1) f<p,q> = c s dir(Y),  s = (|Y| - |X|)/|X|                  pair force per volume squared [N/m^6]
       (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
       (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
-      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008)
+      (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008), above 0
+                                                                    up to |X| = delta + h/2
     Poisson's ratio is 1/4. In d < 3 dimensions, sheets of thickness t and strands of section A, d^2 K_d stands for 9 K, with
     d K_d (1 - (d - 1) nu) = E and nu = 1/(d + 1); c = 2 d^2 K_d / sum_q |X| beta V_q; (2) is 9 E/(pi delta^3 t), 2 E/(A delta^2)
     (SpringLattice in perimpm/peridynamics/family.hpp). (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
@@ -51,7 +52,8 @@ public:
           springs_{p.context()},
           surface_{surface_of(p)},
           partial_{p.is("volume_correction", "linear")},
-          full_{lattice_sum(horizon_, p.context(), [&](double X) { return X * beta(X); })} {
+          reach_{partial_ ? reach_of_cells(horizon_, spacing_) : horizon_},
+          full_{lattice_sum(reach_, p.context(), [&](double X) { return X * beta(X); })} {
         if (p.is("calibration", "continuum")) {
             if (p.given("surface") && surface_ != Surface::none)
                 throw InvalidParameter("surface",
@@ -65,7 +67,7 @@ public:
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .reports_stretch = true,
-                   .horizon = horizon_,
+                   .horizon = reach_,
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
@@ -130,6 +132,7 @@ private:
     SpringLattice springs_;
     Surface surface_;
     bool partial_;
+    double reach_;
     double full_;  ///< sum |X| beta V over the full lattice, or what stands for it in (2) [m^4]
 };
 }  // namespace

@@ -194,7 +194,7 @@ private:
     FamilyWeights<Real> make_weights(const Params& p) {
         const double h = p.context().particle_spacing, horizon = horizon_;
         const bool partial = p.is("volume_correction", "linear");
-        if (partial) reach_ = horizon + 0.5 * h * (1 - 1e-9);
+        if (partial) reach_ = reach_of_cells(horizon, h);
         const auto moment = [=, w = influence_](double x) {
             const double share = partial ? share_inside(x, horizon, h) : 1.0;  // (6)
             return share > 0 ? std::fmax(w(x), 0.0) * share * x * x : 0.0;

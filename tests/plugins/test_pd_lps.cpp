@@ -146,14 +146,16 @@ TEST_CASE("pd_lps: shear has the published lattice errors", "[constitutive]") {
     for (const Row& row : {Row{2.0, 0.897, 1.154, 0.957, 1.064},
                            {3.0, 1.110, 0.835, 0.989, 1.017},
                            {3.015, 1.110, 0.835, 0.988, 1.018},
-                           {4.0, 1.019, 0.971, 1.000, 1.000}}) {
+                           {4.0, 1.019, 0.971, 1.000, 1.000},
+                           {5.0, 1.029, 0.956, 1.001, 0.999},
+                           {6.0, 1.039, 0.942, 0.997, 1.005}}) {
         for (const bool partial : {false, true}) {
             CAPTURE(row.horizon, partial);
             // A hair beyond the rim, which rounding must not decide.
             const auto law = pd_lps("horizon = " + std::to_string(row.horizon + 1e-6) +
                                     (partial ? "\nvolume_correction = \"linear\"" : ""));
-            auto particles = cube(*law, 11);
-            const Stiffness C = measure_stiffness(particles, middle(11), kVolume);
+            auto particles = cube(*law, 13);
+            const Stiffness C = measure_stiffness(particles, middle(13), kVolume);
             const double mu = 0.4 * kModulus;
             CHECK_THAT(C(5, 5) / mu, WithinAbs(partial ? row.partial_xy : row.xy, 6e-4));
             CHECK_THAT((C(0, 0) - C(0, 1)) / 2 / mu, WithinAbs(partial ? row.partial_diagonal : row.diagonal, 6e-4));
@@ -277,6 +279,24 @@ TEST_CASE("pd_lps: yielding families, Peridigm's gold of the 8-point cube", "[co
         CHECK_THAT(y[0][2], WithinAbs(row.u, 1e-9));
         CHECK_THAT(v[0][2], WithinAbs(row.v, 1e-6));
         CHECK_THAT((points.block().particle_state[1][0][0]), WithinAbs(row.theta, 1e-10));
+    }
+}
+
+TEST_CASE("pd_lps: small families of metals yield in single precision as in double", "[constitutive]") {
+    constexpr double h = 4e-4;
+    const std::string copper =
+        "youngs_modulus = 117e9\npoisson_ratio = 0.35\nyield_stress = 400e6\nhorizon = 2.01\nyield = ";
+    const ModelContext context{.density = 8930, .particle_spacing = h, .grid_spacing = 0};
+    for (const char* rule : {"\"family\"", "\"bond\""}) {
+        CAPTURE(rule);
+        const auto coarse = make<ConstitutiveLaw, float>("pd_lps", copper + rule, context);
+        const auto fine = make<ConstitutiveLaw, double>("pd_lps", copper + rule, context);
+        Particles<float> a(*coarse, lattice(5, h), h * h * h);
+        Particles<double> b(*fine, lattice(5, h), h * h * h);
+        const auto squeeze = [](const Vec3& X) -> Vec3 { return {0.98 * X[0], 1.01 * X[1], 1.01 * X[2]}; };
+        a.move(squeeze), b.move(squeeze);
+        a.evaluate(), b.evaluate();
+        for (std::size_t p = 0; p < a.size(); ++p) CHECK((a.force(p) - b.force(p)).norm() <= 1e-3 * b.largest_force());
     }
 }
 

@@ -82,3 +82,43 @@ TEST_CASE("skin effect: moment-exact weights make bond laws exact at surfaces", 
             std::cout << '\n';
         }
 }
+
+namespace {
+
+/// The bar of `counts` particles `h` apart, centred, with y = X + strain X_axis e_axis everywhere: the force [N] that its
+/// halves beyond the plane X_axis = at exchange.
+double reaction(const ConstitutiveLaw<double>& law, const std::array<int, 3>& counts, double h, int axis, double strain,
+                double at) {
+    std::vector<Vec3> X;
+    for (int i = 0; i < counts[0]; ++i)
+        for (int j = 0; j < counts[1]; ++j)
+            for (int k = 0; k < counts[2]; ++k)
+                X.push_back(h * (Vec3(i, j, k) - 0.5 * Vec3(counts[0] - 1, counts[1] - 1, counts[2] - 1)));
+    Particles<double> bar(law, X, h * h * h);
+    bar.move([&](const Vec3& x) -> Vec3 { return x + strain * x[axis] * Vec3::Unit(axis); });
+    bar.evaluate();
+    double sum = 0;
+    for (std::size_t p = 0; p < X.size(); ++p) sum -= X[p][axis] > at ? bar.force(p)[axis] : 0;
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("skin effect: reactions of prescribed bars, Peridigm's gold", "[verification]") {
+    // B5: ElasticBondBased3D, K = 200 GPa, c = 18 K/(pi delta^4); local 1.8 K A strain = 3.6e8 N
+    const auto bond = make<ConstitutiveLaw, double>(
+        "pd_bond", "youngs_modulus = 300e9\nhorizon_length = 0.751\ncalibration = \"continuum\"",
+        {.density = 1000, .particle_spacing = 0.25, .grid_spacing = 0});
+    CHECK_THAT(reaction(*bond, {4, 24, 4}, 0.25, 1, 1e-3, 1.5), WithinRel(2.5125739090e8, 1e-10));
+    CHECK_THAT(reaction(*bond, {4, 24, 4}, 0.25, 1, 1e-3, -1.5), WithinRel(2.5125739090e8, 1e-10));
+    // LinearLPSBar, strain 0.1; local 1.6608e10 N; our law is geometrically nonlinear
+    const double K = 160e10, mu = 79.3e10;
+    const auto lps = make<ConstitutiveLaw, double>(
+        "pd_lps",
+        fmt::format("horizon_length = 0.1502\nyoungs_modulus = {:.17g}\npoisson_ratio = {:.17g}",
+                    9 * K * mu / (3 * K + mu), (3 * K - 2 * mu) / (6 * K + 2 * mu)),
+        {.density = 1000, .particle_spacing = 0.05, .grid_spacing = 0});
+    CHECK_THAT(reaction(*lps, {20, 5, 5}, 0.05, 0, 0.1, 0), WithinRel(2.1493854407e10, 1e-10));
+    // the linearised gold: the same per strain as the strain vanishes
+    CHECK_THAT(reaction(*lps, {20, 5, 5}, 0.05, 0, 1e-6, 0) * 1e5, WithinRel(2.0658625810e10, 1e-5));
+}

@@ -183,10 +183,13 @@ private:
     template <class Real>
     void yield_together(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
         using P = Pack<Real>;
+        // g^2 of small particles is beyond single precision; a power of two changes no other bit
+        const auto unit = static_cast<Real>(std::exp2(-std::ilogb(modulus_ / static_cast<double>(b.volume[i]))));
         P stress2(0), gain2(0);
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P elastic, g;
             state(b, i, bonds, theta, at, elastic, g);
+            g *= unit;
             const P weight = live * g * g * bonds.gather(b.family.volume);
             gain2 += weight, stress2 += weight * elastic * elastic;
         });
@@ -194,7 +197,8 @@ private:
         if (gain <= 0) return;
         const double strain = std::sqrt(5 * static_cast<double>(reduce(stress2)) / gain);
         Real& yielded = b.particle_state[at.family_hardening][0][i];
-        const double allowed = (by_stress_ ? limit_ : limit_ * std::sqrt(5 / gain)) + hardening_ * double(yielded);
+        const double allowed =
+            (by_stress_ ? limit_ : limit_ * double(unit) * std::sqrt(5 / gain)) + hardening_ * double(yielded);
         if (strain <= allowed) return;
         const double flow = factor_ * (strain - allowed) / (1 + hardening_);
         yielded += static_cast<Real>(flow);

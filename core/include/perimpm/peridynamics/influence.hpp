@@ -82,5 +82,7 @@ constexpr ParamSpec volume_correction_param() {
 inline double share_inside(double X, double horizon, double h) {
     return std::fmin(std::fmax((horizon - X) / h + 0.5, 0.0), 1.0);
 }
+/// How far the centres of cells of width h that reach into the horizon may lie.
+inline double reach_of_cells(double horizon, double h) { return horizon + 0.5 * h * (1 - 1e-9); }
 
 }  // namespace perimpm::peridynamics
