@@ -8,6 +8,7 @@
 #include "bind.hpp"
 #include "perimpm/error.hpp"
 #include "perimpm/io/run.hpp"
+#include "perimpm/step/stiffness.hpp"
 #include "simulation.hpp"
 
 namespace perimpm::python {
@@ -196,6 +197,35 @@ void bind_plan(py::module_& m) {
         .def_readonly("warnings", &Plan::warnings, "What is allowed but seldom meant.");
 }
 
+std::vector<MeasuredStiffness> measure(SharedSimulation& shared) {
+    const auto lock = shared.lock();
+    const py::gil_scoped_release release;
+    return measure_stiffness(shared.get().scene(), shared.threads());
+}
+
+void bind_stiffness(py::module_& m) {
+    py::class_<FamilyStiffness>(m, "FamilyStiffness", "Small-strain stiffness of families.")
+        .def_readonly("youngs_modulus", &FamilyStiffness::youngs_modulus, "Of the average over directions [Pa].")
+        .def_readonly("poisson_ratio", &FamilyStiffness::poisson_ratio, "The same.")
+        .def_readonly("softest", &FamilyStiffness::softest, "Least Young's modulus by direction [Pa].")
+        .def_readonly("stiffest", &FamilyStiffness::stiffest, "Largest Young's modulus by direction [Pa].");
+    py::class_<MeasuredStiffness>(m, "MeasuredStiffness", "What a law was asked for, and what its families have.")
+        .def_readonly("material", &MeasuredStiffness::material)
+        .def_readonly("dimension", &MeasuredStiffness::dimension, "3: solids, 2: sheets, 1: strands.")
+        .def_readonly("youngs_modulus", &MeasuredStiffness::youngs_modulus, "Asked [Pa].")
+        .def_readonly("poisson_ratio", &MeasuredStiffness::poisson_ratio, "Asked.")
+        .def_readonly("bulk_particles", &MeasuredStiffness::bulk_particles)
+        .def_readonly("bulk", &MeasuredStiffness::bulk)
+        .def_readonly("wave_speed", &MeasuredStiffness::wave_speed, "Longitudinal, in the bulk [m/s].")
+        .def_readonly("surface_particles", &MeasuredStiffness::surface_particles)
+        .def_readonly("worst", &MeasuredStiffness::worst)
+        .def_property_readonly("worst_position",
+                               [](const MeasuredStiffness& s) {
+                                   return py::make_tuple(s.worst_position[0], s.worst_position[1], s.worst_position[2]);
+                               })
+        .def_readonly("unstable_particles", &MeasuredStiffness::unstable_particles);
+}
+
 void bind_records(py::module_& m) {
     py::class_<Ledger>(m, "Ledger", "Sums over all particles, SI units.")
         .def_readonly("time", &Ledger::time)
@@ -226,6 +256,7 @@ void bind_records(py::module_& m) {
 void bind_simulation(py::module_& m) {
     bind_plan(m);
     bind_records(m);
+    bind_stiffness(m);
     py::class_<SharedSimulation>(m, "Simulation", "A scene in motion.")
         .def(py::init<Scene, int>(), py::arg("scene"), py::arg("threads") = 0, py::call_guard<py::gil_scoped_release>())
         .def("run", &run_simulation, py::arg("folder"), py::arg("frames"), py::arg("report") = Report(),
@@ -235,6 +266,8 @@ void bind_simulation(py::module_& m) {
         .def("relax", &relax_simulation, py::arg("residual"), py::arg("most_steps"))
         .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
         .def("velocities_changed", guarded([](Simulation& s) { s.velocities_changed(); }))
+        .def("measure_stiffness", &measure,
+             "Small-strain stiffness of every material as the scene starts; takes about as long as building it.")
         .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })
         .def_property_readonly("plan", [](SharedSimulation& s) { return s.get().plan(); })
         .def_property_readonly("time", guarded([](Simulation& s) { return s.time(); }), "[s]")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan
+from math import isinf, isnan
 
 from . import _core
 from .simulation import SceneLike, Simulation
@@ -13,7 +13,7 @@ from .tables import table, to_text
 def explain(scene: SceneLike | Simulation, overrides: Sequence[str] = ()) -> str:
     """Passes, fields, bytes, libraries, time-step bounds, effective moduli, and what was skipped and why."""
     simulation = scene if isinstance(scene, Simulation) else Simulation(scene, overrides)
-    return plan_text(simulation.title, simulation.plan)
+    return plan_text(simulation.title, simulation.plan, simulation.measure_stiffness())
 
 
 def _si(value: float, unit: str) -> str:
@@ -28,8 +28,37 @@ def _bytes(count: float) -> str:
     return f"{count:.3g} GB"
 
 
-def plan_text(title: str, plan: _core.Plan) -> str:
-    """`plan` as a page of tables."""
+def _off(value: float, asked: float) -> str:
+    """`value` against `asked` in per cent."""
+    if isnan(value / asked):
+        return "-"
+    return "unstable" if isinf(value) else f"{round(100 * (value / asked - 1), 2) + 0.0:+.2f} %"
+
+
+def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[str, ...]]:
+    rows = []
+    for s in measured:
+        asked = s.youngs_modulus
+        count = f"{s.bulk_particles} of {s.bulk_particles + s.surface_particles}"
+        at = " at ({:.4g}, {:.4g}, {:.4g}) m".format(*s.worst_position) if s.surface_particles else ""
+        rows.append(
+            (
+                s.material,
+                ("strand", "sheet", "solid")[s.dimension - 1],
+                count,
+                _off(s.bulk.youngs_modulus, asked),
+                _si(s.bulk.poisson_ratio, "") if s.dimension > 1 else "-",
+                f"{_off(s.bulk.softest, asked)} to {_off(s.bulk.stiffest, asked)}",
+                _si(s.wave_speed, "m/s"),
+                f"{_off(s.worst.softest, asked)} to {_off(s.worst.stiffest, asked)}{at}",
+                str(s.unstable_particles),
+            )
+        )
+    return rows
+
+
+def plan_text(title: str, plan: _core.Plan, measured: Sequence[_core.MeasuredStiffness]) -> str:
+    """`plan` and the measured stiffness as a page of tables."""
     per_particle = 1.0 / max(plan.particles, 1)
     total = sum(array.bytes for array in plan.arrays)
     arrays = [(a.name, _bytes(a.bytes), f"{a.bytes * per_particle:.1f}") for a in plan.arrays]
@@ -52,10 +81,26 @@ def plan_text(title: str, plan: _core.Plan) -> str:
         f"{title or 'untitled scene'}: {plan.particles} particles",
         "",
         table(
-            "materials, with the moduli as the law has them",
+            "materials, with the moduli asked for and the largest wave speed now",
             ("name", "constitutive", "fracture", "particles", "bonds", "Young's modulus", "Poisson's ratio", "wave speed"),
             materials,
             numbers=("particles", "bonds", "Young's modulus", "Poisson's ratio", "wave speed"),
+        ),
+        table(
+            "stiffness that the particles have at small strain: Young's modulus against the one asked for",
+            (
+                "material",
+                "bodies",
+                "bulk particles",
+                "in the bulk",
+                "Poisson's ratio",
+                "by direction",
+                "wave speed",
+                "worst surface particle, by direction",
+                "unstable",
+            ),
+            _stiffness_rows(measured),
+            numbers=("in the bulk", "Poisson's ratio", "wave speed", "unstable"),
         ),
         table("passes of one step", ("pass", "when", "models", "reads", "writes"), passes),
         table("memory", ("array", "size", "bytes per particle"), arrays, numbers=("size", "bytes per particle")),

@@ -112,6 +112,13 @@ class Simulation:
         with self._watch.around_steps(self._core):
             return self._core.relax(residual, max_steps)
 
+    def measure_stiffness(self) -> list[_core.MeasuredStiffness]:
+        """Small-strain stiffness that the families of each material have as the scene starts, beside what was asked for.
+
+        From the energies of all particles under small affine strains; bulk and surface apart. Local laws are exact.
+        """
+        return self._core.measure_stiffness()
+
     @property
     def time(self) -> float:
         """Simulated time [s]."""

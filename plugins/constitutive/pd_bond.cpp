@@ -3,8 +3,10 @@
       (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
       (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
       (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008), above 0
-                                                                   up to |X| = delta + h/2
-    Poisson's ratio is 1/4. (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
+                                                                    up to |X| = delta + h/2
+    Poisson's ratio is 1/4. In d < 3 dimensions, sheets of thickness t and strands of section A, d^2 K_d stands for 9 K, with
+    d K_d (1 - (d - 1) nu) = E and nu = 1/(d + 1); c = 2 d^2 K_d / sum_q |X| beta V_q; (2) is 9 E/(pi delta^3 t), 2 E/(A delta^2)
+    (SpringLattice in perimpm/peridynamics/family.hpp). (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
     taking the mean of its two constants (`surface = "family"`); `surface = "moment"`: perimpm/peridynamics/weights.hpp. */
 #include <numbers>
 
@@ -36,7 +38,6 @@ enum BondState { kStiffness, kOwn };
 constexpr FieldSpec kBondState[] = {
     {.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"},
     {.name = "own_stiffness", .unit = "N/m", .doc = "the particle's share of it; surface \"moment\""}};
-constexpr double kPoissonRatio = 0.25;
 
 template <class Real>
 class PdBond final : public ConstitutiveLaw<Real> {
@@ -47,16 +48,18 @@ public:
         : youngs_modulus_{p["youngs_modulus"]},
           density_{p.context().density},
           horizon_{horizon_of(p)},
+          springs_{p.context()},
           surface_{surface_of(p)},
           beta_{p, horizon_},
-          lattice_{lattice_sum(beta_.reach(), p.context().particle_spacing, [&](double X) { return X * beta_(X); })},
-          full_{lattice_} {
+          full_{lattice_sum(beta_.reach(), p.context(), [&](double X) { return X * beta_(X); })} {
         if (p.is("calibration", "continuum")) {
             if (p.given("surface") && surface_ != Surface::none)
                 throw InvalidParameter("surface",
                                        "contradicts calibration = \"continuum\", which uses one constant for all");
             surface_ = Surface::none;
-            full_ = std::numbers::pi * std::pow(horizon_, 4);  // (2)
+            constexpr double kIntegral[] = {1, 2 * std::numbers::pi / 3, std::numbers::pi};  // of |X| over the family
+            full_ =
+                kIntegral[p.context().dimension - 1] * p.context().across * std::pow(horizon_, springs_.d + 1);  // (2)
         }
     }
     LawNeeds needs() const noexcept override {
@@ -66,15 +69,15 @@ public:
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
-                   .moduli = {youngs_modulus_ * lattice_ / full_, kPoissonRatio}};
+                   .moduli = {youngs_modulus_, springs_.poisson_ratio()}};
         if (surface_ != Surface::moment) n.bond_state.size = kOwn;
         return n;
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         const auto weight = [this](double X) { return X * beta_(X); };
-        const FamilyWeights<Real> weights(surface_, 9 * bulk_modulus(youngs_modulus_, kPoissonRatio), full_,
-                                          weight);  // (3)
+        const double d = springs_.d, isotropic = d * d * bulk_modulus(youngs_modulus_, springs_.poisson_ratio(), d);
+        const FamilyWeights<Real> weights(surface_, isotropic, full_, weight);  // (3)
         weights.initialise(
             b, round,
             {.normalisation = kNormalisation, .stiffness = kStiffness, .own = surface_ == Surface::moment ? kOwn : -1});
@@ -100,7 +103,7 @@ public:
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
-        return std::sqrt(1.2 * youngs_modulus_ / density_) * largest_stretch(b);
+        return std::sqrt(springs_.modulus_of_young() * youngs_modulus_ / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
         return silling_askari_bound(b, b.bond_state[kStiffness], 1.0);
@@ -122,11 +125,12 @@ public:
 
 private:
     double youngs_modulus_, density_, horizon_;
+    SpringLattice springs_;
     Surface surface_;
-    VolumeShare beta_;       ///< (4)
-    double lattice_, full_;  ///< sum |X| beta V over the full lattice, and what stands for it in (3) [m^4]
+    VolumeShare beta_;  ///< (4)
+    double full_;       ///< sum |X| beta V over the full lattice, or what stands for it in (2) [m^4]
 };
 }  // namespace
 
 PERIMPM_PLUGIN(ConstitutiveLaw, PdBond, kParams,
-               "prototype microelastic peridynamics: one central spring per bond, nu = 1/4")
+               "prototype microelastic peridynamics: one central spring per bond, nu = 1/4 (sheets: 1/3)")

@@ -75,6 +75,10 @@ public:
           fields_{kMean, kInverse} {
         if (!inner_.deformation_gradient)
             throw InvalidParameter("law", "must be a local law, which takes a deformation gradient");
+        if (p.context().dimension < 3)
+            throw InvalidParameter("type",
+                                   "needs families that fill space: use pd_elastic, pd_lps or pd_bond for sheets "
+                                   "and strands");
         if (grid_ && p.given("stabilisation"))
             throw InvalidParameter("stabilisation", "belongs to divergence = \"bonds\": here bonds carry no forces");
         const Lame<double> lame(inner_.moduli.youngs_modulus, inner_.moduli.poisson_ratio);

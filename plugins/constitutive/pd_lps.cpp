@@ -10,6 +10,10 @@
     s = sum_q w x^2 V_q / m over the live bonds. s = 1 in print. With s, forces remain the gradient of (3) where bonds
     broke or where m is that of the full lattice (`surface = "none"`). Bonds that break do not change m (as in Peridigm):
     a family that loses bonds softens.
+    In d < 3 dimensions (sheets in plane stress, strands) d stands for 3, d (d + 2) for 15 and K_d = E/(d (1 - (d - 1) nu)) for K:
+    theta = (d/m) sum w x e V, W = K_d theta^2/2 + (d (d + 2) mu/2 m) sum w (e - theta x/d)^2 V, hence
+    pi_p = (K_d/((d + 2) mu) - (2 - s)/d) theta; sheets as in Le, Chan & Schwartz 2014, doi:10.1002/nme.4642. In a strand
+    Poisson's ratio has no meaning; mu = E/3 makes it one spring per bond.
     `surface = "moment"` makes sum w x^2 V n n n n of each family isotropic, so that (3) has K and mu for any affine strain.
     With `yield_stress` bonds yield in shear (Mitchell 2011, SAND2011-3166): t loses 15 mu S e_p x, and (3) has
     e - theta x/3 - e_p x. The rules are in perimpm/peridynamics/bond_flow.hpp; his psi_0 = 25 sigma_y^2/(8 pi delta^5), for full
@@ -65,13 +69,14 @@ class PdLps final : public ConstitutiveLaw<Real> {
 public:
     explicit PdLps(const Params& p)
         : youngs_modulus_{p["youngs_modulus"]},
-          poisson_ratio_{p["poisson_ratio"]},
-          bulk_{bulk_modulus(youngs_modulus_, poisson_ratio_)},
+          poisson_ratio_{poisson_ratio_of(p)},
+          d_{static_cast<double>(p.context().dimension)},
+          bulk_{bulk_modulus(youngs_modulus_, poisson_ratio_, d_)},
           shear_{youngs_modulus_ / (2 * (1 + poisson_ratio_))},
           density_{p.context().density},
           influence_{p, horizon_of(p)},
           weights_{make_weights(p)},
-          flow_{p, 15 * shear_, 3 * shear_, 1.0, "yield_psi"},
+          flow_{p, deviatoric(), 3 * shear_, 1.0, "yield_psi"},
           particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
           bond_fields_(std::begin(kBondState), std::end(kBondState)) {
         if (flow_.active()) flow_fields_ = flow_.declare(kOwn, particle_fields_, bond_fields_, kDilatation);
@@ -104,12 +109,13 @@ public:
                 expansion += moment * (norm(Y) - x);
                 whole += moment * x;
             });
-            const Real theta = 3 * reduce(expansion) / b.volume[i];  // (2)
+            const Real theta = static_cast<Real>(d_) * reduce(expansion) / b.volume[i];  // (2)
             const Real s = reduce(whole) / b.volume[i];
             b.particle_state[kDilatation][0][i] = theta;
             if (flow_.active()) flow_.yield(b, i, theta, flow_fields_);
             Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
-            record[0] = theta * static_cast<Real>(bulk_ / (5 * shear_) - 2.0 / 3) + theta * s / 3;
+            record[0] =
+                theta * static_cast<Real>(bulk_ / ((d_ + 2) * shear_) - 2 / d_) + theta * s / static_cast<Real>(d_);
             for (int c = 0; c < 3; ++c) record[1 + c] = y[c];
         }
     }
@@ -119,11 +125,11 @@ public:
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
-        return std::sqrt((bulk_ + 4 * shear_ / 3) / density_) * largest_stretch(b);
+        return std::sqrt((bulk_ + 2 * (d_ - 1) * shear_ / d_) / density_) * largest_stretch(b);
     }
-    /// By Cauchy's inequality (3) is at most the energy of springs 9 K S (15 mu S where that is more) of the families.
+    /// By Cauchy's inequality (3) is at most the energy of springs d^2 K S (d (d + 2) mu S where that is more) of the families.
     double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_state[kStiffness], std::max(9 * bulk_, 15 * shear_));
+        return silling_askari_bound(b, b.bond_state[kStiffness], std::max(d_ * d_ * bulk_, deviatoric()));
     }
 
     double energy(const Block<Real>& b) const override {
@@ -135,11 +141,12 @@ public:
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P x = bonds.load(b.family.length);
-                P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / 3)) * x;
+                P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / d_)) * x;
                 if (flow_.active()) deviatoric -= x * bonds.load(b.bond_state[flow_fields_.strain]);
                 shape += static_cast<double>(reduce(live * bonds.load(b.bond_state[kOwn]) * deviatoric * deviatoric));
             });
-            total += 0.5 * bulk_ * static_cast<double>(b.volume[i]) * theta * theta + 7.5 * shear_ * shape;  // (3)
+            total +=
+                0.5 * bulk_ * static_cast<double>(b.volume[i]) * theta * theta + 0.5 * deviatoric() * shape;  // (3)
         }
         return total;
     }
@@ -147,7 +154,7 @@ public:
 private:
     template <bool Yields>
     void evaluate_as(Block<Real>& b) const {
-        const P fifteen_mu(static_cast<Real>(15 * shear_));
+        const P stiffness(static_cast<Real>(deviatoric()));
         P extension(0);
         for (std::uint32_t i = 0; i < b.size; ++i) {
             const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
@@ -164,7 +171,7 @@ private:
                 if constexpr (Yields)
                     t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
                               (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
-                const P pull = live * fifteen_mu * t * inverse;
+                const P pull = live * stiffness * t * inverse;
                 extension = larger(extension, live * e * inverse);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
             });
@@ -173,13 +180,22 @@ private:
         b.largest_stretch = stretch_of(hmax(extension));
     }
 
+    static double poisson_ratio_of(const Params& p) {
+        if (p.context().dimension > 1) return p["poisson_ratio"];
+        if (p.given("poisson_ratio"))
+            throw InvalidParameter("poisson_ratio", "has no meaning in a strand, which cannot thin: leave it out");
+        return 0.5;  // mu = E/3
+    }
+    /// 15 mu in solids [Pa].
+    double deviatoric() const { return d_ * (d_ + 2) * shear_; }
+
     FamilyWeights<Real> make_weights(const Params& p) const {
         const auto moment = [w = influence_](double x) { return w(x) * x * x; };
-        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context().particle_spacing, moment),
+        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context(), moment),
                 moment};  // (1): sum w x^2 V / m = 1
     }
 
-    double youngs_modulus_, poisson_ratio_, bulk_, shear_, density_;
+    double youngs_modulus_, poisson_ratio_, d_, bulk_, shear_, density_;
     Influence influence_;
     FamilyWeights<Real> weights_;
     BondFlow flow_;

@@ -46,6 +46,17 @@ def test_explain_after_a_swap(scene: str, capsys: pytest.CaptureFixture[str]) ->
         assert word in shown
 
 
+def test_explain_tells_how_far_off_the_families_are(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", scene]) == 0
+    exact = capsys.readouterr().out.partition("stiffness that the particles have")[2].partition("passes of one step")[0]
+    assert "1728 of 1728" in exact and "+0.00 % to +0.00 %" in exact
+    law = '{ type = "pd_elastic", youngs_modulus = 1e5, horizon = 2.01 }'
+    assert main(["explain", scene, "--set", f"material.rubber.constitutive={law}"]) == 0
+    shown = capsys.readouterr().out.partition("stiffness that the particles have")[2].partition("passes of one step")[0]
+    assert "64 of 1728" in shown  # 4 of 12 along each edge are two horizons deep
+    assert "+0.00 %" in shown and "0.25" in shown and "at (" in shown
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -16,6 +16,8 @@ from perimpm.cli import main
 
 NAN, INFINITY = float("nan"), float("inf")
 
+BUNNY = Path(__file__).parents[2] / "scenes" / "assets" / "bunny.obj"
+
 
 def good() -> Tree:
     tree = scene(LOCAL, box([0] * 3, [0.4] * 3), 0.1, precision="float")
@@ -41,6 +43,17 @@ def put(tree: Tree, path: str, value: Any) -> Tree:
 
 def law(key: str, value: Any, base: Tree = LOCAL) -> Callable[[Tree], Tree]:
     return lambda tree: put(tree, "material.m.constitutive", {**base, key: value})
+
+
+def sheet(thickness: float | None) -> Callable[[Tree], Tree]:
+    """The body becomes a sheet of a bond law."""
+
+    def change(tree: Tree) -> Tree:
+        shape = {"type": "rectangle", "corner": [0, 0, 0], "edge_u": [0.4, 0, 0], "edge_v": [0, 0.4, 0]}
+        tree = put(put(tree, "body.0.shape", shape), "material.m.constitutive", PD_BOND)
+        return tree if thickness is None else put(tree, "body.0.thickness", thickness)
+
+    return change
 
 
 # what is done to a good scene, and words that the message must hold: the place, then cause or remedy
@@ -176,6 +189,72 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     "missing mesh": (
         ("body.0.shape", {"type": "mesh", "file": "nowhere.obj"}),
         ["body.0.shape", "nowhere.obj", "folder"],
+    ),
+    "sheet without thickness": (sheet(None), ["body.0", "thickness", "[m]", "rectangle"]),
+    "strand without cross-section": (
+        ("body.0.shape", {"type": "polyline", "points": [[0, 0, 0], [0.4, 0, 0]]}),
+        ["body.0", "cross_section", "[m^2]", "polyline"],
+    ),
+    "thick box": (("body.0.thickness", 1e-3), ["body.0.thickness", "sheets", "rectangle", "box"]),
+    "thickness below zero": (sheet(-1e-3), ["body.0.thickness", "above 0 m"]),
+    "cross-section of a sheet": (
+        lambda tree: put(sheet(1e-3)(tree), "body.0.cross_section", 1e-6),
+        ["body.0.cross_section", "strands", "polyline"],
+    ),
+    "sheet with slanted edges": (
+        lambda tree: put(sheet(1e-3)(tree), "body.0.shape.edge_v", [0.1, 0.3, 0.0]),
+        ["body.0.shape.edge_v", "right angles"],
+    ),
+    "strand of one point": (
+        ("body.0.shape", {"type": "polyline", "points": [[0, 0, 0]]}),
+        ["body.0.shape.points", "two points"],
+    ),
+    "strand of flat points": (
+        ("body.0.shape", {"type": "polyline", "points": [[0, 0], [0.4, 0]]}),
+        ["body.0.shape.points", "[x, y, z]"],
+    ),
+    "strand that stands still": (
+        ("body.0.shape", {"type": "polyline", "points": [[0, 0, 0], [0, 0, 0]]}),
+        ["body.0.shape.points", "differ"],
+    ),
+    "irregular rectangle": (
+        lambda tree: put(sheet(1e-3)(tree), "body.0.sampling", "poisson"),
+        ["body.0.sampling", "lattice", "mesh"],
+    ),
+    "surface of a mesh on a lattice": (
+        lambda tree: put(
+            put(tree, "body.0.shape", {"type": "mesh", "file": str(BUNNY)}), "body.0.thickness", 1e-3
+        ),
+        ["body.0", "sampling", "poisson"],
+    ),
+    "sheet of a local law": (
+        lambda tree: put(sheet(1e-3)(tree), "material.m.constitutive", LOCAL),
+        ["body.0", "fixed_corotated", "sheet", "bond law", "pd_elastic"],
+    ),
+    "sheet that yields": (
+        lambda tree: put(
+            sheet(1e-3)(tree),
+            "material.m.constitutive",
+            {"type": "deviatoric_plastic", "youngs_modulus": 1e5, "yield_stress": 1e3},
+        ),
+        ["material.m.constitutive.yield_stress", "solids", "sheet"],
+    ),
+    "sheet with the Poisson's ratio of solids": (
+        lambda tree: put(
+            sheet(1e-3)(tree), "material.m.constitutive", {**PD_ELASTIC, "poisson_ratio": 0.25}
+        ),
+        ["material.m.constitutive.poisson_ratio", "1/3", "pd_lps"],
+    ),
+    "solid and sheet of one material": (
+        lambda tree: put(sheet(1e-3)(tree), "body", [*tree["body"], sheet(1e-3)(tree)["body"][0]]),
+        ["body.1", "material of their own"],
+    ),
+    "collider without inside": (
+        (
+            "collider",
+            [{"shape": {"type": "rectangle", "corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1]}}],
+        ),
+        ["collider.0.shape", "rectangle", "bodies", "box"],
     ),
     "unknown law": (("material.m.constitutive.type", "fixed_corotatd"), ["material.m.constitutive", "fixed_corotated"]),
     "unknown transfer": (("transfer.type", "apci"), ["transfer", "apci", "apic"]),

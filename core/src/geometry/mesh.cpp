@@ -8,4 +8,12 @@ ShapePtr make_mesh(const std::string& file, const MeshPlacement& placement, doub
     return ShapePtr(factory(file, placement, voxel_size));
 }
 
+LayerSample sample_mesh_surface(const std::string& file, const MeshPlacement& placement, double spacing,
+                                std::uint64_t seed) {
+    LayerSample sample{};
+    reinterpret_cast<SampleMeshSurface*>(open_module("mesh", "perimpm_sample_mesh_surface"))(file, placement, spacing,
+                                                                                             seed, sample);
+    return sample;
+}
+
 }  // namespace perimpm

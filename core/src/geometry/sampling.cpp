@@ -60,6 +60,27 @@ void jitter(std::vector<Vec3>& points, double reach, std::uint64_t seed) {
         for (int c = 0; c < 3; ++c) x[c] += reach * (2 * random.unit() - 1);
 }
 
+LayerSample sample_rectangle(const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v, double spacing) {
+    const Vec3 u = edge_u.normalized(), v = edge_v.normalized();
+    LayerSample sample{{}, spacing * spacing};
+    for (double j = 0.5; j * spacing < edge_v.norm(); ++j)
+        for (double i = 0.5; i * spacing < edge_u.norm(); ++i)
+            sample.points.emplace_back(corner + spacing * (i * u + j * v));
+    return sample;
+}
+
+LayerSample sample_polyline(const std::vector<Vec3>& corners, double spacing) {
+    LayerSample sample{{}, spacing};
+    double start = 0, number = 0.5;  // of the segment along the line; of the next point
+    for (std::size_t k = 1; k < corners.size(); ++k) {
+        const Vec3 segment = corners[k] - corners[k - 1];
+        for (; number * spacing < start + segment.norm(); ++number)
+            sample.points.emplace_back(corners[k - 1] + (number * spacing - start) * segment.normalized());
+        start += segment.norm();
+    }
+    return sample;
+}
+
 double measure_volume(const Shape& shape, double spacing) {
     const Lattice lattice = lattice_over(shape, spacing, "quadrature spacing");
     std::vector<double> layers(lattice.count[2], 0.0);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "perimpm/error.hpp"
@@ -61,6 +62,31 @@ std::optional<double> read_particle_spacing(const Reader& r, const GridSpec& gri
     return std::nullopt;
 }
 
+/// What a body's particles fill, by its shape and by the keys that make it thin.
+std::uint32_t read_dimension(const Reader& r) {
+    const std::string type = std::get<std::string>(r.value("shape")->find("type")->data);
+    std::uint32_t dimension = shape_dimension(*r.value("shape"));
+    if (type == "mesh" && r.given("thickness")) dimension = 2;
+    if (r.given("thickness") && dimension != 2)
+        r.fail("thickness",
+               fmt::format("is for sheets: shape \"rectangle\", or the surface of a \"mesh\", not \"{}\"", type));
+    if (r.given("cross_section") && dimension != 1)
+        r.fail("cross_section", fmt::format("is for strands: shape \"polyline\", not \"{}\"", type));
+    for (const auto& [key, unit, thin] : {std::tuple{"thickness", "m", 2u}, std::tuple{"cross_section", "m^2", 1u}})
+        if (dimension == thin && !r.given(key))
+            throw InputError{
+                r.table().place.text(),
+                fmt::format("missing key '{}' [{}] in {}: its shape \"{}\" has no volume", key, unit, r.what(), type)};
+    const bool poisson = r.text("sampling") == "poisson";
+    if (dimension == 2 && type == "mesh" && !poisson)
+        r.fail("sampling", "must be \"poisson\" for the surface of a mesh, which no lattice fits");
+    if (dimension < 3 && type != "mesh" && poisson)
+        r.fail(
+            "sampling",
+            fmt::format("must be \"lattice\" for the shape \"{}\"; a mesh with a thickness takes \"poisson\"", type));
+    return dimension;
+}
+
 BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
     const std::string default_name = fmt::format("body {}", index);
     const std::string what = describe(table, default_name);
@@ -68,6 +94,9 @@ BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
     check_shape(*r.value("shape"), what, scene.folder, true);
     if (r.text("sampling") == "poisson" && r.number("jitter") > 0)
         r.fail("jitter", "moves points of a lattice: Poisson points are irregular by themselves");
+    const std::uint32_t dimension = read_dimension(r);
+    if (dimension < 3 && r.number("jitter") > 0)
+        r.fail("jitter", "moves points of solid bodies, not of sheets and strands");
     return {
         .name = r.given("name") ? r.text("name") : default_name,
         .material = material_index(r, scene.materials),
@@ -77,6 +106,8 @@ BodySpec read_body(const Value& table, std::size_t index, const Scene& scene) {
         .poisson = r.text("sampling") == "poisson",
         .jitter = r.number("jitter"),
         .seed = static_cast<std::uint64_t>(r.integer("seed")),
+        .dimension = dimension,
+        .across = dimension == 3 ? 1 : r.number(dimension == 2 ? "thickness" : "cross_section"),
         .velocity = vec3(r, "initial_velocity"),
         .angular_velocity = vec3(r, "initial_angular_velocity"),
         .source = table,

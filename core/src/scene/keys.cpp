@@ -87,7 +87,20 @@ constexpr ParamSpec kMaterialTable[] = {
 constexpr ParamSpec kBodyTable[] = {
     {.key = "name", .kind = text, .optional = true, .doc = "default: body N"},
     {.key = "material", .kind = text, .doc = "name of a material"},
-    {.key = "shape", .kind = table, .doc = "{ type = box, sphere, cylinder or mesh, its parameters }"},
+    {.key = "shape",
+     .kind = table,
+     .doc = "{ type = box, sphere, cylinder, mesh; rectangle for a sheet, polyline for a strand; its parameters }"},
+    {.key = "thickness",
+     .unit = "m",
+     .range = above(0.0),
+     .optional = true,
+     .doc =
+         "makes the body a sheet, one layer of particles: shape rectangle, or mesh, of which it is then the surface"},
+    {.key = "cross_section",
+     .unit = "m^2",
+     .range = above(0.0),
+     .optional = true,
+     .doc = "area of a strand's section; shape polyline, a row of particles"},
     {.key = "particles_per_cell",
      .range = above(0.0),
      .default_value = 8.0,
@@ -184,12 +197,22 @@ constexpr ParamSpec kCylinderTable[] = {
     {.key = "end", .kind = vector, .unit = "m", .doc = "other end of the axis"},
     {.key = "radius", .unit = "m", .range = above(0.0), .doc = "radius"},
 };
+constexpr ParamSpec kRectangleTable[] = {
+    {.key = "corner", .kind = vector, .unit = "m", .doc = "one corner"},
+    {.key = "edge_u", .kind = vector, .unit = "m", .doc = "from there to the next corner"},
+    {.key = "edge_v", .kind = vector, .unit = "m", .doc = "from there to the other next corner, at right angles"},
+};
+constexpr ParamSpec kPolylineTable[] = {
+    {.key = "points", .kind = list, .unit = "m", .doc = "corners of the line, two or more points"},
+};
 constexpr ParamSpec kPlaneTable[] = {
     {.key = "point", .kind = vector, .unit = "m", .doc = "a point of the plane"},
     {.key = "normal", .kind = vector, .doc = "points out of the solid half; any length"},
 };
 constexpr ParamSpec kMeshTable[] = {
-    {.key = "file", .kind = text, .doc = "closed triangle mesh (obj, ply, stl, gltf, glb), relative to the scene"},
+    {.key = "file",
+     .kind = text,
+     .doc = "triangle mesh (obj, ply, stl, gltf, glb), relative to the scene; closed unless for a sheet"},
     {.key = "scale", .range = above(0.0), .default_value = 1.0, .doc = "applied first"},
     {.key = "rotation",
      .kind = vector,
@@ -225,6 +248,8 @@ constinit const std::span<const ParamSpec> kOutput = kOutputTable;
 constinit const std::span<const ParamSpec> kBox = kBoxTable;
 constinit const std::span<const ParamSpec> kSphere = kSphereTable;
 constinit const std::span<const ParamSpec> kCylinder = kCylinderTable;
+constinit const std::span<const ParamSpec> kRectangle = kRectangleTable;
+constinit const std::span<const ParamSpec> kPolyline = kPolylineTable;
 constinit const std::span<const ParamSpec> kPlane = kPlaneTable;
 constinit const std::span<const ParamSpec> kMesh = kMeshTable;
 }  // namespace keys
@@ -245,9 +270,14 @@ std::vector<SectionDoc> scene_reference() {
         section("box", "shape = { type = \"box\" }", "box along the axes", kBoxTable),
         section("sphere", "shape = { type = \"sphere\" }", "ball", kSphereTable),
         section("cylinder", "shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
+        section("rectangle", "shape = { type = \"rectangle\" }", "sheet; bodies with a thickness only",
+                kRectangleTable),
+        section("polyline", "shape = { type = \"polyline\" }", "strand; bodies with a cross_section only",
+                kPolylineTable),
         section("plane", "shape = { type = \"plane\" }", "half space below a plane; colliders and conditions only",
                 kPlaneTable),
-        section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh", kMeshTable),
+        section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh, or with a thickness its surface",
+                kMeshTable),
         section("output", "[output]", "what the folder of a run holds besides run.json and energy.csv", kOutputTable),
     };
 }

@@ -21,6 +21,8 @@ extern const std::span<const ParamSpec> kOutput;
 extern const std::span<const ParamSpec> kBox;
 extern const std::span<const ParamSpec> kSphere;
 extern const std::span<const ParamSpec> kCylinder;
+extern const std::span<const ParamSpec> kRectangle;
+extern const std::span<const ParamSpec> kPolyline;
 extern const std::span<const ParamSpec> kPlane;
 extern const std::span<const ParamSpec> kMesh;
 

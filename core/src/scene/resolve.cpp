@@ -77,11 +77,11 @@ void complete_model(Value& table, const ModelSpec& model, const ModelContext& co
     }
 }
 
-/// Particle spacing of the first body of a material, as its law gets it; 0 when there is none.
-double particle_spacing(const Scene& scene, std::uint32_t material) {
+/// The first body of a material, of which its law hears; null when there is none.
+const BodySpec* first_body(const Scene& scene, std::uint32_t material) {
     for (const BodySpec& body : scene.bodies)
-        if (body.material == material) return body.spacing(scene.grid);
-    return 0;
+        if (body.material == material) return &body;
+    return nullptr;
 }
 
 void complete_grid(Value& grid) {
@@ -95,9 +95,10 @@ void complete_grid(Value& grid) {
 void complete_materials(Value& table, const Scene& scene) {
     for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
         const MaterialSpec& material = scene.materials[m];
-        const double spacing = particle_spacing(scene, m);
-        if (spacing == 0) continue;  // no body is made of it: nothing creates its models
-        const ModelContext context{material.density, spacing, scene.grid.spacing};
+        const BodySpec* body = first_body(scene, m);
+        if (!body) continue;  // nothing creates the models of a material without bodies
+        const ModelContext context{material.density, body->spacing(scene.grid), scene.grid.spacing, body->dimension,
+                                   body->across};
         Value& own = entry(table, material.name.c_str());
         complete_model<ConstitutiveLaw>(entry(own, "constitutive"), material.law, context);
         if (material.criterion.params)

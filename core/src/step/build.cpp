@@ -101,6 +101,29 @@ double common_spacing(const MaterialSpec& spec, const std::vector<BodySample>& b
     return bodies.front().spacing;
 }
 
+/// One calibration per material: all of its bodies are solids, or sheets of one thickness, or strands of one section.
+void require_same_kind(const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
+    const BodySpec& first = *bodies.front().spec;
+    for (const BodySample& body : bodies)
+        if (body.spec->dimension != first.dimension || body.spec->across != first.across)
+            throw InputError(
+                body.spec->source.place.text(),
+                fmt::format("body '{}' and body '{}' are of material '{}', but one is not as thick as the other: "
+                            "solids, sheets and strands of one thickness each need a material of their own",
+                            body.spec->name, first.name, spec.name));
+}
+
+/// Nothing on a grid tells how a single layer of particles is strained across.
+void refuse_thin_local(const MaterialSpec& spec, const BodySpec& body) {
+    if (body.dimension == 3) return;
+    throw InputError(
+        body.source.place.text(),
+        fmt::format("law '{}' of material '{}' is for solids: body '{}' is a {}, one {} of particles, which has "
+                    "no deformation gradient across; use a bond law (pd_elastic, pd_bond, pd_lps)",
+                    spec.law.type, spec.name, body.name, body.dimension == 2 ? "sheet" : "strand",
+                    body.dimension == 2 ? "layer" : "row"));
+}
+
 /// Families are found once, from positions that do not jump.
 void refuse_periodic_faces(const Scene& scene, const MaterialSpec& spec) {
     if (!scene.grid.bounded ||
@@ -115,13 +138,19 @@ void refuse_periodic_faces(const Scene& scene, const MaterialSpec& spec) {
 
 template <class Real>
 void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
-    ModelContext context{
-        .density = spec.density, .particle_spacing = bodies.front().spacing, .grid_spacing = w.spacing()};
-    m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density;
+    const BodySpec& body = *bodies.front().spec;
+    const ModelContext context{.density = spec.density,
+                               .particle_spacing = bodies.front().spacing,
+                               .grid_spacing = w.spacing(),
+                               .dimension = body.dimension,
+                               .across = body.across};
+    require_same_kind(spec, bodies);
+    m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density, m.dimension = body.dimension;
     m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
     m.needs = m.law->needs();
     require_sound_law(m.needs, spec.law);
     if (m.needs.bonds) common_spacing(spec, bodies), refuse_periodic_faces(w.scene, spec);
+    if (!m.needs.bonds) refuse_thin_local(spec, body);
     if (!m.needs.bonds && !w.transfer_needs.grid)
         throw InputError(spec.law.source.place.text(),
                          fmt::format("law '{}' needs a deformation gradient, which transfer '{}' does not provide: use "

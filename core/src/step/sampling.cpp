@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "perimpm/error.hpp"
+#include "scene/shapes.hpp"
 #include "state/morton.hpp"
 
 namespace perimpm {
@@ -64,6 +65,26 @@ void check_inside_domain(const Scene& scene, const BodySample& s) {
             text(scene.grid.domain.max())));
 }
 
+/// expected: particles of the bodies before, to which this one's are added.
+void fill_solid(BodySample& s, const std::string& folder, double& expected) {
+    const BodySpec& body = *s.spec;
+    const ShapePtr shape = build_shape(body.shape, folder, 0.5 * s.spacing);
+    refuse_too_many(body, s.spacing, expected += expected_count(*shape, s.spacing));
+    s.points = body.poisson ? sample_poisson(*shape, kPoissonRadius * s.spacing, body.seed)
+                            : sample_lattice(*shape, s.spacing);
+    if (body.jitter > 0) jitter(s.points, body.jitter * s.spacing, body.seed);
+    s.particle_volume = body.poisson ? measure_volume(*shape, 0.5 * s.spacing) / static_cast<double>(s.points.size())
+                                     : std::pow(s.spacing, 3);
+}
+
+void fill_layer(BodySample& s, const std::string& folder, double& expected) {
+    refuse_too_many(*s.spec, s.spacing, expected + layer_count(*s.spec, s.spacing));
+    LayerSample layer = sample_layer(*s.spec, folder, s.spacing);
+    s.points = std::move(layer.points);
+    s.particle_volume = layer.measure * s.spec->across;
+    expected += static_cast<double>(s.points.size());
+}
+
 }  // namespace
 
 std::vector<BodySample> sample_bodies(const Scene& scene) {
@@ -72,20 +93,13 @@ std::vector<BodySample> sample_bodies(const Scene& scene) {
     for (const BodySpec& body : scene.bodies) {
         BodySample s{.spec = &body, .points = {}, .center = Vec3::Zero(), .spacing = 0, .particle_volume = 0};
         s.spacing = body.spacing(scene.grid);
-        const ShapePtr shape = build_shape(body.shape, scene.folder, 0.5 * s.spacing);
-        refuse_too_many(body, s.spacing, expected += expected_count(*shape, s.spacing));
-        s.points = body.poisson ? sample_poisson(*shape, kPoissonRadius * s.spacing, body.seed)
-                                : sample_lattice(*shape, s.spacing);
-        if (body.jitter > 0) jitter(s.points, body.jitter * s.spacing, body.seed);
+        body.dimension == 3 ? fill_solid(s, scene.folder, expected) : fill_layer(s, scene.folder, expected);
         if (s.points.empty())
             throw InputError(
                 body.source.place.text(),
                 fmt::format("no particle of spacing {:g} m fits into body '{}': use a smaller grid.spacing or "
                             "particle_spacing",
                             s.spacing, body.name));
-        s.particle_volume = body.poisson
-                                ? measure_volume(*shape, 0.5 * s.spacing) / static_cast<double>(s.points.size())
-                                : std::pow(s.spacing, 3);
         s.center = std::accumulate(s.points.begin(), s.points.end(), Vec3(Vec3::Zero())) /
                    static_cast<double>(s.points.size());
         check_inside_domain(scene, s);

@@ -55,6 +55,7 @@ template <class Real>
 struct Material {
     std::string name, law_name, criterion_name;
     double density;
+    std::uint32_t dimension;  ///< of its bodies: 3 solids, 2 sheets, 1 strands
     ModelPtr<ConstitutiveLaw, Real> law;
     LawNeeds needs;
     ModelPtr<FractureCriterion, Real> criterion;  ///< null: nothing breaks

@@ -127,6 +127,32 @@ TEST_CASE("make_mesh: the bunny's lattice volume is its mesh volume", "[geometry
     CHECK(std::abs(perimpm::measure_volume(*shape, h) / expected - 1.0) < 0.01);
 }
 
+TEST_CASE("sample_mesh_surface: Poisson-disk points on the triangles share their area", "[geometry][mesh]") {
+    const MeshFolder folder;
+    const std::string file = folder.write("cube.obj", unit_cube());
+    const double h = 0.05;
+    const auto surface = perimpm::sample_mesh_surface(file, {2.0, {0, 0, 0}, {10, 0, 0}}, h, 3);
+    const auto count = static_cast<double>(surface.points.size());
+    CHECK(std::abs(surface.measure * count - 24) < 1e-9);
+    CHECK(std::abs(count * h * h / 24 - 1) < 0.1);
+    double smallest = 1;
+    for (std::size_t i = 0; i < surface.points.size(); i += 50)
+        for (std::size_t j = 0; j < surface.points.size(); ++j)
+            if (i != j) smallest = std::min(smallest, (surface.points[i] - surface.points[j]).norm());
+    CHECK(smallest >= 0.83 * h);
+    const auto on_face = [](double c) { return std::min(std::abs(c), std::abs(c - 2)) < 1e-6; };
+    for (const Vec3& x : surface.points) CHECK((on_face(x[0] - 10) || on_face(x[1]) || on_face(x[2])));
+    CHECK(perimpm::sample_mesh_surface(file, {2.0, {0, 0, 0}, {10, 0, 0}}, h, 3).points == surface.points);
+}
+
+TEST_CASE("sample_mesh_surface: the mesh may be open, but has triangles with area", "[geometry][mesh]") {
+    const MeshFolder folder;
+    const std::string open = folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    CHECK(perimpm::sample_mesh_surface(open, {}, 0.1, 1).points.size() > 30);
+    const std::string flat = folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    CHECK(contains(message_of([&] { perimpm::sample_mesh_surface(flat, {}, 0.1, 1); }), "degenerate"));
+}
+
 TEST_CASE("make_mesh: queries from several threads agree", "[geometry][mesh]") {
     const auto shape = perimpm::make_mesh(bunny(), {}, 0.004);
     const auto points = perimpm::sample_lattice(*shape, 0.004);

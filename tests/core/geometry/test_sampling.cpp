@@ -100,6 +100,25 @@ TEST_CASE("sample_poisson: a shape smaller than the radius gets one point", "[ge
     CHECK(perimpm::sample_poisson(*perimpm::make_sphere({0, 0, 0}, 0.1), 1.0, 1).size() == 1);
 }
 
+TEST_CASE("sample_rectangle: cells of the lattice share its area", "[geometry]") {
+    const Vec3 corner(1, 2, 3), u(0.3, 0, 0.4), v(-0.16, 0.24, 0.12);  // at right angles, 0.5 and sqrt(0.0976) m long
+    const auto sheet = perimpm::sample_rectangle(corner, u, v, 0.02);
+    CHECK(sheet.points.size() == 25 * 16);
+    CHECK(std::abs(sheet.measure - 4e-4) < 1e-15);
+    CHECK((sheet.points.front() - corner - 0.01 * (u.normalized() + v.normalized())).norm() < 1e-12);
+    CHECK(std::abs(smallest_distance(sheet.points) - 0.02) < 1e-12);
+    for (const Vec3& x : sheet.points) CHECK(std::abs((x - corner).dot(u.cross(v).normalized())) < 1e-12);
+}
+
+TEST_CASE("sample_polyline: points lie evenly along the line, across its corners", "[geometry]") {
+    const auto strand = perimpm::sample_polyline({{0, 0, 0}, {1.05, 0, 0}, {1.05, 0.95, 0}}, 0.1);
+    REQUIRE(strand.points.size() == 20);
+    CHECK(strand.measure == 0.1);
+    CHECK((strand.points[9] - Vec3(0.95, 0, 0)).norm() < 1e-12);
+    CHECK((strand.points[11] - Vec3(1.05, 0.1, 0)).norm() < 1e-12);
+    CHECK((strand.points[19] - Vec3(1.05, 0.9, 0)).norm() < 1e-12);
+}
+
 TEST_CASE("sampling: what cannot be filled is an error", "[geometry]") {
     const auto plane = perimpm::make_half_space({0, 0, 0}, {0, 1, 0});
     const auto box = perimpm::make_box({0, 0, 0}, {1, 1, 1});

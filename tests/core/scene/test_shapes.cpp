@@ -49,7 +49,7 @@ TEST_CASE("shapes: an unknown type, a missing key and a bad value are errors of 
     CHECK(
         refusal("{ type = 'spere', radius = 1 }") ==
         "body.0.shape.type: error: unknown type 'spere' in shape of body 0\n  did you mean 'sphere'?   accepted: box, "
-        "sphere, cylinder, mesh, plane");
+        "sphere, cylinder, mesh, rectangle, polyline, plane");
     CHECK(
         contains(refusal("{ type = 'sphere', radius = 1 }"), "missing key 'center' [m] in shape of body 0 ('sphere')"));
     CHECK(contains(refusal("{ type = 'sphere', center = [0, 0, 0], radius = 0 }"), "must be above 0 m, got 0"));
@@ -69,6 +69,17 @@ TEST_CASE("shapes: a plane is for colliders only", "[scene]") {
     CHECK(
         contains(refusal("{ type = 'plane', point = [0, 0, 0], normal = [0, 1, 0] }"),
                  "body.0.shape.type: error: shape of body 0: a plane has no end and cannot be filled with particles"));
+}
+
+TEST_CASE("shapes: what has no inside is for bodies only", "[scene]") {
+    const std::string rectangle = "{ type = 'rectangle', corner = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, 2] }",
+                      polyline = "{ type = 'polyline', points = [[0, 0, 0], [1, 2, 3]] }";
+    for (const std::string& thin : {rectangle, polyline}) {
+        CHECK(contains(refusal(thin, "collider"), "has no inside: it is for bodies\n  use a box"));
+        CHECK(contains(message_of([&] { build(thin); }), "has no inside"));
+    }
+    CHECK(contains(refusal(rectangle), "missing key 'thickness' [m] in body 0"));
+    CHECK(contains(refusal(polyline), "missing key 'cross_section' [m^2] in body 0"));
 }
 
 TEST_CASE("shapes: a mesh file is looked for early, beside the scene", "[scene]") {

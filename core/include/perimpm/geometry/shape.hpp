@@ -57,6 +57,21 @@ PERIMPM_API void jitter(std::vector<Vec3>& points, double reach, std::uint64_t s
 /// volume/radius^3 of them. Deterministic in `seed` on any machine.
 PERIMPM_API std::vector<Vec3> sample_poisson(const Shape& shape, double radius, std::uint64_t seed);
 
+/// Points of a sheet or a strand, and what each of them stands for: area [m^2] or length [m].
+struct LayerSample {
+    std::vector<Vec3> points;
+    double measure;
+};
+/// Points of the square lattice {corner + spacing ((i + 1/2) u + (j + 1/2) v)} on the rectangle between two edges that are
+/// at right angles, u and v along them.
+PERIMPM_API LayerSample sample_rectangle(const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v, double spacing);
+/// Points at (i + 1/2) spacing along the line through the corners.
+PERIMPM_API LayerSample sample_polyline(const std::vector<Vec3>& corners, double spacing);
+/// Poisson-disk points on the surface of a mesh, which may be open; as many as a square lattice of `spacing` would have.
+/// Opens the mesh module. Throws InputError for files as make_mesh does, and for triangles without area.
+PERIMPM_API LayerSample sample_mesh_surface(const std::string& file, const MeshPlacement& placement, double spacing,
+                                            std::uint64_t seed);
+
 /// Volume of the shape by quadrature of its signed distance on cells of `spacing` (partial cells counted linearly)
 /// [m^3].
 PERIMPM_API double measure_volume(const Shape& shape, double spacing);

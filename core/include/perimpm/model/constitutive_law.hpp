@@ -8,7 +8,7 @@
 
 namespace perimpm {
 
-/// Stiffness as the discretisation has it, for `explain`; NaN where the law has none.
+/// Small-strain moduli that the law was asked for, in plane stress for sheets; NaN where it has none.
 struct EffectiveModuli {
     double youngs_modulus = std::numeric_limits<double>::quiet_NaN();  ///< [Pa]
     double poisson_ratio = std::numeric_limits<double>::quiet_NaN();   ///< [1]

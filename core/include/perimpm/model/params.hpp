@@ -63,6 +63,8 @@ struct ModelContext {
     double density = 0;           ///< of the material [kg/m^3]
     double particle_spacing = 0;  ///< lattice spacing h of the material's bodies [m]
     double grid_spacing = 0;      ///< dx [m]
+    std::uint32_t dimension = 3;  ///< of the material's bodies: 3 solids, 2 sheets, 1 strands
+    double across = 1;            ///< what a particle spans across its body: 1, thickness [m], cross-section [m^2]
 };
 
 /// Read access for a model's constructor. A key that the model's table does not declare is a programming error.

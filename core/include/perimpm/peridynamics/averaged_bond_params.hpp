@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -36,7 +38,10 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
      .default_text = "variational",
      .choices = "variational|paper",
      .doc = "forces of averaged bonds: from the energy, which conserves energy and angular momentum, or as printed"},
-    {.key = "poisson_ratio", .range = open(-1, 0.5), .default_value = 0.25, .doc = "this law has 1/4 and no other"},
+    {.key = "poisson_ratio",
+     .range = open(-1, 0.5),
+     .default_value = 0.25,
+     .doc = "this law has 1/4, 1/3 in a sheet, and no other"},
     horizon_param(),
     horizon_length_param(),
     influence_param(),
@@ -50,10 +55,20 @@ struct SpringModuli {
     double sum() const { return 2 * mu + lambda; }
 };
 
-inline SpringModuli springs_of(const Params& p) {
-    if (p["poisson_ratio"] != 0.25)
+inline void require_own_poisson_ratio(const Params& p, const SpringLattice& lattice) {
+    if (!p.given("poisson_ratio")) return;
+    if (lattice.d == 1)
+        throw InvalidParameter("poisson_ratio", "has no meaning in a strand, which cannot thin: leave it out");
+    const bool sheet = lattice.d == 2;
+    if (std::abs(p["poisson_ratio"] - lattice.poisson_ratio()) > (sheet ? 1e-3 : 0.0))
         throw InvalidParameter("poisson_ratio",
-                               "must be 1/4, which this law has whatever mu and lambda; pd_lps takes any ratio");
+                               std::string("must be ") + (sheet ? "1/3 in a sheet" : "1/4") +
+                                   ", which this law has whatever mu and lambda; pd_lps takes any ratio");
+}
+
+inline SpringModuli springs_of(const Params& p) {
+    const SpringLattice lattice(p.context());
+    require_own_poisson_ratio(p, lattice);
     const bool paper = p.is("calibration", "paper");
     for (const char* key : {"mu", "lambda"})
         if (p.given(key) != paper)
@@ -63,7 +78,8 @@ inline SpringModuli springs_of(const Params& p) {
         if (paper && p.given(key)) throw InvalidParameter(key, "belongs to calibration = \"modulus\"");
     if (!paper && !p.given("youngs_modulus"))
         throw InvalidParameter("youngs_modulus", "is required by calibration = \"modulus\"");
-    const double lambda = paper ? p["lambda"] : 1.2 * p["youngs_modulus"] / (1 + 2 * p["bending_ratio"]);
+    const double lambda =
+        paper ? p["lambda"] : lattice.modulus_of_young() * p["youngs_modulus"] / (1 + 2 * p["bending_ratio"]);
     const double mu = paper ? p["mu"] : p["bending_ratio"] * lambda;
     if (mu + lambda <= 0) throw InvalidParameter("lambda", "mu and lambda must not both be 0");
     return {mu, lambda};

@@ -41,7 +41,8 @@ public:
           form_{moduli_.mu == 0                ? Form::springs
                 : p.is("formulation", "paper") ? Form::paper
                                                : Form::variational},
-          weights_{surface_of(p), 5.0, lattice_sum(influence_.reach(), p.context().particle_spacing, influence_),
+          lattice_{p.context()},
+          weights_{surface_of(p), lattice_.sum_of_modulus(), lattice_sum(influence_.reach(), p.context(), influence_),
                    influence_},
           flow_{p, moduli_.sum(), moduli_.lambda} {
         declare_fields(surface_of(p));
@@ -52,7 +53,7 @@ public:
                    .reports_stretch = true,
                    .horizon = influence_.reach(),
                    .rounds = 2,
-                   .moduli = {moduli_.sum() * 5 / 6, 0.25}};
+                   .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()}};
         n.particle_state = kept(particle_fields_);
         n.bond_state = kept(bond_fields_);
         return n;
@@ -122,7 +123,8 @@ private:
     static P real(double value) { return P(static_cast<Real>(value)); }
 
     void declare_fields(Surface surface) {
-        particle_fields_ = {{.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V"}};
+        particle_fields_ = {
+            {.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V; sheets 8/3, strands 1 instead of 5"}};
         bond_fields_ = {{.name = "stiffness", .unit = "m", .doc = "(w_pq + w_qp) V_p V_q / |X|^2; times lambda: N/m"}};
         if (form_ != Form::springs) {
             particle_fields_.push_back(
@@ -253,6 +255,7 @@ private:
     Influence influence_;
     SpringModuli moduli_;
     Form form_;
+    SpringLattice lattice_;
     FamilyWeights<Real> weights_;
     Flow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_;

@@ -63,6 +63,10 @@ public:
                             : 0} {
         if (by_stress_ && p.given(psi_key))
             throw InvalidParameter(psi_key, "contradicts yield_stress: give one of the two");
+        if (active_ && p.context().dimension < 3)
+            throw InvalidParameter(
+                by_stress_ ? "yield_stress" : psi_key,
+                "is for solids: how bonds yield in a sheet or a strand is not defined; leave it out");
         for (const char* key : {"yield", "hardening_modulus"})
             if (!active_ && p.given(key)) throw InvalidParameter(key, "needs yield_stress or a yield energy beside it");
     }

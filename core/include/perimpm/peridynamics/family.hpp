@@ -6,6 +6,7 @@
 
 #include "perimpm/math/quads.hpp"
 #include "perimpm/model/block.hpp"
+#include "perimpm/model/params.hpp"
 
 /*! What bond laws share: walking through families in packs of bonds, influence functions, sums over the full lattice.
  */
@@ -106,19 +107,37 @@ Real stretch_of(Real relative_extension) {
                                   : std::numeric_limits<Real>::infinity();
 }
 
-/// sum over the full cubic lattice of spacing h of value(|X|) h^3, |X| <= horizon.
+/// sum of value(|X|) V over the full family on the lattice that the material's bodies have: cubic, square, or along a line.
 template <class Value>
-double lattice_sum(double horizon, double h, Value value) {
-    const int reach = static_cast<int>(horizon / h) + 1;
+double lattice_sum(double horizon, const ModelContext& c, Value value) {
+    const double h = c.particle_spacing;
+    const int reach = static_cast<int>(horizon / h) + 1, wide = c.dimension > 1 ? reach : 0,
+              deep = c.dimension > 2 ? reach : 0;
     double sum = 0;
     for (int i = -reach; i <= reach; ++i)
-        for (int j = -reach; j <= reach; ++j)
-            for (int k = -reach; k <= reach; ++k) {
+        for (int j = -wide; j <= wide; ++j)
+            for (int k = -deep; k <= deep; ++k) {
                 const double length = h * std::sqrt(double(i * i + j * j + k * k));
-                if (length > 0 && length <= horizon) sum += value(length) * h * h * h;
+                if (length <= 0 || length > horizon) continue;
+                double share = value(length) * c.across;
+                for (std::uint32_t d = 0; d < c.dimension; ++d) share *= h;
+                sum += share;
             }
     return sum;
 }
+
+/*! Springs of weight w along bonds, on average over all directions of a family that fills d dimensions: solids 3, sheets 2,
+    strands 1. With S = sum w V, times their stiffness,
+      sum w V n n n n = S (1 1 + 1 1 + 1 1)/(d (d + 2)),  hence  M = 3 S/(d (d + 2))    modulus of uniaxial strain
+      nu = 1/(d + 1),  E = 2 S/(d (d + 1)) = M 2 (d + 2)/(3 (d + 1))
+    Sheets are in plane stress: nothing acts across them, E/(1 - nu^2) = M with nu = 1/3. Strands: E = M. */
+struct SpringLattice {
+    double d;  ///< dimensions
+    explicit SpringLattice(const ModelContext& c) : d{static_cast<double>(c.dimension)} {}
+    double poisson_ratio() const { return 1 / (d + 1); }
+    double sum_of_modulus() const { return d * (d + 2) / 3; }                ///< S/M
+    double modulus_of_young() const { return 3 * (d + 1) / (2 * (d + 2)); }  ///< M/E
+};
 
 /// Largest |Y|/|X| over the live bonds of the block, at least 1: waves travel faster through stretched families.
 template <class Real>

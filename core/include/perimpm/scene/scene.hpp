@@ -63,9 +63,11 @@ struct BodySpec {
     bool poisson;   ///< sampling = "poisson"
     double jitter;  ///< of the lattice [spacings]
     std::uint64_t seed;
-    Vec3 velocity;          ///< [m/s]
-    Vec3 angular_velocity;  ///< [rad/s] about the centre of mass
-    Value source;           ///< the body's table, for messages
+    std::uint32_t dimension;  ///< 3: solid, 2: sheet, 1: strand
+    double across;            ///< 1, thickness [m], cross-section [m^2]
+    Vec3 velocity;            ///< [m/s]
+    Vec3 angular_velocity;    ///< [rad/s] about the centre of mass
+    Value source;             ///< the body's table, for messages
 
     /// h [m]: as given, or that of `particles_per_cell` lattice points in a grid cell.
     double spacing(const GridSpec& grid) const {

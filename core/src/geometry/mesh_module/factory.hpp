@@ -6,8 +6,11 @@
 
 namespace perimpm {
 
-/// Type of the mesh module's one symbol, "perimpm_make_mesh": arguments and errors of make_mesh(). The caller owns the
+/// Types of the mesh module's symbols. "perimpm_make_mesh": arguments and errors of make_mesh(). The caller owns the
 /// shape and deletes it through its virtual destructor.
 using MakeMesh = Shape*(const std::string& file, const MeshPlacement& placement, double voxel_size);
+/// "perimpm_sample_mesh_surface": fills `sample` as sample_mesh_surface() returns it.
+using SampleMeshSurface = void(const std::string& file, const MeshPlacement& placement, double spacing,
+                               std::uint64_t seed, LayerSample& sample);
 
 }  // namespace perimpm

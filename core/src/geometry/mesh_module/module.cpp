@@ -9,6 +9,7 @@
 
 extern "C" {
 PERIMPM_API perimpm::MakeMesh perimpm_make_mesh;
+PERIMPM_API perimpm::SampleMeshSurface perimpm_sample_mesh_surface;
 PERIMPM_API const char* perimpm_module_versions();
 }
 
@@ -17,6 +18,14 @@ perimpm::Shape* perimpm_make_mesh(const std::string& file, const perimpm::MeshPl
     perimpm::check_solid(mesh, file);
     perimpm::place(mesh, placement, file);
     return perimpm::make_level_set(mesh, voxel_size, file).release();
+}
+
+void perimpm_sample_mesh_surface(const std::string& file, const perimpm::MeshPlacement& placement, double spacing,
+                                 std::uint64_t seed, perimpm::LayerSample& sample) {
+    perimpm::TriangleMesh mesh = perimpm::import_mesh(file);
+    perimpm::check_triangles(mesh, file);
+    perimpm::place(mesh, placement, file);
+    sample = perimpm::sample_triangles(mesh, spacing, seed);
 }
 
 const char* perimpm_module_versions() {

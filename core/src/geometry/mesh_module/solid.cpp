@@ -106,15 +106,18 @@ void require_outward_parts(const TriangleMesh& mesh, const std::string& file) {
 
 }  // namespace
 
-void check_solid(const TriangleMesh& mesh, const std::string& file) {
-    if (mesh.triangles.empty()) throw InputError(file, "has no triangles; expected a closed triangle mesh");
+void check_triangles(const TriangleMesh& mesh, const std::string& file) {
+    if (mesh.triangles.empty()) throw InputError(file, "has no triangles; expected a triangle mesh");
 
     const auto flat = std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
                                     [&](const auto& t) { return has_no_area(mesh, t); });
     if (flat != 0)
         throw InputError(file, count(std::size_t(flat), "degenerate triangle") + " (zero area) of " +
                                    std::to_string(mesh.triangles.size()) + "; remove them, then close the mesh again");
+}
 
+void check_solid(const TriangleMesh& mesh, const std::string& file) {
+    check_triangles(mesh, file);
     const EdgeCount n = count_edges(mesh);
     if (n.open + n.crowded + n.inconsistent != 0)
         throw InputError(
