@@ -49,6 +49,7 @@ public:
         : moduli_{p}, yield_stress_{p["yield_stress"]}, hardening_{p["hardening"]}, density_{p.context().density} {}
     LawNeeds needs() const noexcept override {
         return {.deformation_gradient = true,
+                .may_refuse = true,
                 .particle_state = kState,
                 .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }
