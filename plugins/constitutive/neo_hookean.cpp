@@ -26,7 +26,9 @@ class NeoHookean final : public ConstitutiveLaw<Real> {
 public:
     explicit NeoHookean(const Params& p) : moduli_{p}, density_{p.context().density} {}
     LawNeeds needs() const noexcept override {
-        return {.deformation_gradient = true, .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
+        return {.deformation_gradient = true,
+                .may_refuse = true,
+                .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }
 
     void evaluate(Block<Real>& b, Real) const override {

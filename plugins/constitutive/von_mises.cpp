@@ -50,6 +50,7 @@ public:
     LawNeeds needs() const noexcept override {
         return {.deformation_gradient = true,
                 .flows = true,
+                .may_refuse = true,
                 .particle_state = kState,
                 .moduli = {moduli_.youngs_modulus, moduli_.poisson_ratio}};
     }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 #include "support/box_scene.hpp"
 #include "support/catch.hpp"
@@ -21,13 +22,16 @@ void* allocate(std::size_t size, std::size_t alignment) {
     return memory;
 }
 
+using Next = perimpm::Simulation::Next;
+
 /// Allocations of `steps` steps.
-long count(perimpm::Simulation& simulation, int steps, bool resort = false) {
+long count(perimpm::Simulation& simulation, int steps, Next next, bool resort = false) {
     const long before = allocations;
     for (int n = 0; n < steps; ++n) {
         if (resort) simulation.positions_changed();
-        simulation.step();
+        simulation.step(1e300, next);
     }
+    simulation.settle();
     return allocations - before;
 }
 
@@ -77,15 +81,16 @@ TEST_CASE("allocations: none in a step once every buffer is warm", "[step]") {
                                       { force = [1, 0, 0], times = [0, 1], factors = [0, 1] }])"}},
     };
     for (const Case& c : cases)
-        for (const int threads : {1, 2}) {
-            CAPTURE(c.name, threads);
+        for (const auto& [threads, next] :
+             {std::pair{1, Next::look}, {1, Next::step}, {2, Next::look}, {2, Next::step}}) {
+            CAPTURE(c.name, threads, next == Next::step);
             perimpm::Simulation simulation(scene_from(kBox, c.overrides), threads);
             {  // the second worker stays away until all is warm: its buffers must be ready before it comes
                 const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
-                count(simulation, 30, true);
-                count(simulation, 30);
+                count(simulation, 30, next, true);
+                count(simulation, 30, next);
             }
-            CHECK(count(simulation, 50) == 0);
-            CHECK(count(simulation, 10, true) == 0);
+            CHECK(count(simulation, 50, next) == 0);
+            CHECK(count(simulation, 10, next, true) == 0);
         }
 }

@@ -294,6 +294,8 @@ void build_world(World<Real>& w) {
     create_candidate_buffers(w);
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
+    w.defers_gather = w.transfer_needs.grid && w.scene.conditions.empty() &&
+                      std::none_of(w.materials.begin(), w.materials.end(), [](auto& m) { return m.has_bonds(); });
     if (w.transfer_needs.grid)
         w.images = find_images(w.scene.grid), sort_particles(w);
     else

@@ -14,24 +14,30 @@ Vec3 load3(const Field<Real>& f, std::size_t i) {
 }  // namespace
 
 template <class Real>
-double collide_run(const World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size) {
+double collide_run(World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size) {
     // FLIP moves particles with the grid's velocity, which has been stopped already, not with the one changed here
     const double moved = w.transfer_needs.grid && !w.transfer_needs.increment ? w.motion.dt : 0.0;
     Box3 box;
     for (std::size_t i = 0; i < size; ++i) box.extend(load3(x, i));
+    const double reach = 0.5 * box.diagonal().norm() + w.spacing();  // more than distances sampled from a mesh err by
+    std::vector<const Collider*>& near = w.own_scratch().near.colliders;
+    near.clear();
+    for (const Collider& collider : w.colliders)
+        if (collider.signed_distance(box.center()) <= reach) near.push_back(&collider);
     double largest = 0;
-    for (const Collider& collider : w.colliders) {
-        if (collider.signed_distance(box.center()) > 0.5 * box.diagonal().norm()) continue;
-        for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t i = 0; i < size && !near.empty(); ++i) {
+        double changed = 0;
+        for (const Collider* collider : near) {
             const Vec3 at = load3(x, i), before = load3(v, i);
-            if (collider.signed_distance(at) > 0) continue;
-            const Vec3 change = collider.resolve(at, before) - before;
+            if (collider->signed_distance(at) > 0) continue;
+            const Vec3 change = collider->resolve(at, before) - before;
             for (int c = 0; c < 3; ++c) {
                 v[c][i] = static_cast<Real>(before[c] + change[c]);
                 x[c][i] = static_cast<Real>(at[c] + moved * change[c]);
             }
-            largest = std::max(largest, change.norm());
+            changed += change.norm();
         }
+        largest = std::max(largest, changed);
     }
     return largest;
 }
@@ -53,8 +59,8 @@ void collide_particles(World<Real>& w) {
     w.drift += w.motion.dt * largest;
 }
 
-template double collide_run(const World<float>&, const Field<float>&, const Field<float>&, std::size_t);
-template double collide_run(const World<double>&, const Field<double>&, const Field<double>&, std::size_t);
+template double collide_run(World<float>&, const Field<float>&, const Field<float>&, std::size_t);
+template double collide_run(World<double>&, const Field<double>&, const Field<double>&, std::size_t);
 template void collide_particles(World<float>&);
 template void collide_particles(World<double>&);
 

@@ -69,6 +69,7 @@ void find_slots(World<Real>& w) {
 
 template <class Real>
 void add_condition(World<Real>& w, const ConditionSpec& spec, ConditionFunction function) {
+    w.defers_gather = false;
     Conditions<Real>& all = w.conditions;
     Condition c{.spec = spec, .function = std::move(function), .id = particles_of(w, spec), .X = {}, .values = {}};
     if (c.id.empty())

@@ -31,23 +31,21 @@ void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std
 }  // namespace
 
 template <class Real>
-void note_gathered_speed(World<Real>& w) {
+BlockFindings note_findings(World<Real>& w) {
     const GridMotion& motion = w.motion;
-    double fastest2 = 0;
-    for (const BlockFindings& found : w.found) {
-        if (std::isnan(found.speed2)) {
-            w.drift = w.spacing();  // a further step must sort first, which names the particle
-            throw SimulationError(fmt::format(
-                "velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
-                "lower simulation.safety or dt, or check the material's parameters",
-                motion.step, motion.start, motion.dt));
-        }
-        fastest2 = std::max(fastest2, found.speed2);
+    BlockFindings all;
+    for (const BlockFindings& found : w.found) all.add(found);
+    if (std::isnan(all.speed2)) {
+        w.drift = w.spacing();  // a further step must sort first, which names the particle
+        throw SimulationError(
+            fmt::format("velocities are no longer finite in step {} (t = {:g} s, dt = {:g} s): the step is unstable; "
+                        "lower simulation.safety or dt, or check the material's parameters",
+                        motion.step, motion.start, motion.dt));
     }
-    w.gathered_speed = std::sqrt(fastest2);
-    if (!may_defer_gather(w)) w.max_speed = w.gathered_speed;
+    w.gathered_speed = std::sqrt(all.speed2);
     // Rounding of x + dt v may move a slow particle farther than dt v.
     w.drift += motion.dt * w.gathered_speed + static_cast<double>(std::numeric_limits<Real>::epsilon()) * w.farthest;
+    return all;
 }
 
 /// Grid velocities back to the particles, which move with them. Also finds the largest speed, and any that is not
@@ -69,11 +67,11 @@ void gather(World<Real>& w) {
         });
         w.found[index] = {.speed2 = fastest2};
     });
-    note_gathered_speed(w);
+    note_findings(w);
 }
 
-template void note_gathered_speed(World<float>&);
-template void note_gathered_speed(World<double>&);
+template BlockFindings note_findings(World<float>&);
+template BlockFindings note_findings(World<double>&);
 template void gather(World<float>&);
 template void gather(World<double>&);
 

@@ -7,11 +7,12 @@ namespace perimpm {
 namespace {
 
 /// What the kernel sees while it moves particles: velocities that the next scatter reads at once, and nobody else, stay in
-/// the worker's scratch, unless the kernel asks for those of before.
+/// the worker's scratch, unless the kernel asks for those of before, or the law may end the run and leave them to be seen.
 template <class Real>
-TransferBlock<Real> passing_through(World<Real>& w, TransferBlock<Real> b) {
+TransferBlock<Real> passing_through(World<Real>& w, const Material<Real>& m, TransferBlock<Real> b) {
     Scratch<Real>& s = w.own_scratch();
     b.dt = static_cast<Real>(w.motion.dt);
+    if (m.needs.may_refuse) return b;
     if (!w.transfer_needs.own_velocity) b.v = s.v.view();
     if (w.transfer_needs.affine) b.C = s.C.view();
     return b;
@@ -32,15 +33,19 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
     clear(w, s.next);
     BlockFindings found;
     for_each_run(w, index, [&](Material<Real>& m, std::size_t first, std::size_t size) {
-        TransferBlock<Real> b = passing_through(w, make_transfer_block(w, m, block, first, size));
+        TransferBlock<Real> b = passing_through(w, m, make_transfer_block(w, m, block, first, size));
         w.transfer->gather(b);
         found.speed2 = std::max(found.speed2, static_cast<double>(b.fastest2));
         if (!w.colliders.empty()) found.collided = std::max(found.collided, collide_run(w, b.x, b.v, size));
-        if (measures_now(w)) found.wave_speed = std::max(found.wave_speed, measure(w, m, first, b));
         b.dt = static_cast<Real>(w.dt);
         b.tile = s.next.tile.data();
         if (b.increment) b.increment = s.next.increment.data();
-        scatter_stressed(w, m, first, b);
+        try {
+            if (measures_now(w)) found.wave_speed = std::max(found.wave_speed, measure(w, m, first, b));
+            scatter_stressed(w, m, first, b);
+        } catch (...) {  // all other particles move, too, before the run ends
+            if (!found.refusal) found.refusal = std::current_exception();
+        }
     });
     w.grid.add_tile_to(block, s.next.tile.data(), w.grid.next_nodes());
     if (w.transfer_needs.increment) w.grid.add_tile_to(block, s.next.increment.data(), w.grid.next_increments());
@@ -52,8 +57,9 @@ void move_and_scatter_block(World<Real>& w, std::size_t index) {
 template <class Real>
 bool gather_can_wait(const World<Real>& w) {
     constexpr double rounding = static_cast<double>(std::numeric_limits<Real>::epsilon());
-    // Contact takes at most the velocity relative to a collider.
-    const double change = w.colliders.empty() ? 0.0 : w.motion.fastest + fastest_collider(w);
+    // Contact takes at most the velocity relative to a collider, one collider after the other.
+    const auto colliders = static_cast<double>(w.colliders.size());
+    const double change = colliders * (w.motion.fastest + colliders * fastest_collider(w));
     const double farthest_move =
         (1 + 100 * rounding) * w.motion.dt * (w.motion.fastest + change) + rounding * w.farthest;
     return w.drift + farthest_move <= sort_margin(w.transfer_needs.order) * w.spacing();
@@ -66,14 +72,10 @@ void gather_and_scatter(World<Real>& w) {
         w.found.resize(w.grid.particle_blocks().size());
         for_each_block_by_colour(w, [&](std::size_t b) { move_and_scatter_block(w, b); });
         w.grid.swap_nodes();
-        note_gathered_speed(w);
-        BlockFindings most;
-        for (const BlockFindings& found : w.found) {
-            most.collided = std::max(most.collided, found.collided);
-            most.wave_speed = std::max(most.wave_speed, found.wave_speed);
-        }
-        w.drift += w.motion.dt * most.collided;
-        if (measures_now(w)) w.wave_speed = most.wave_speed;
+        const BlockFindings all = note_findings(w);
+        w.drift += w.motion.dt * all.collided;
+        if (all.refusal) std::rethrow_exception(all.refusal);
+        if (measures_now(w)) w.wave_speed = all.wave_speed;
     });
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "step/transfer.hpp"
+#include "step/world.hpp"
 
 namespace perimpm {
 
@@ -109,6 +109,8 @@ private:
     }
     void add_grid_passes() {
         const bool local = !local_laws_.empty(), affine = w_.transfer_needs.affine;
+        const std::string when = w_.defers_gather ? "when a step sorts or is looked at" : kEachStep;
+        const Names transfer{w_.scene.transfer.type};
         pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
         pass("sort", fmt::format("when particles moved {:g} cells", sort_margin(w_.transfer_needs.order)), {"x"},
              {"order"});
@@ -119,16 +121,20 @@ private:
         for (const std::string& name : bond_results()) reads.push_back(name);
         models.push_back(w_.scene.transfer.type);
         pass("clear grid", kEachStep, {}, {"grid"});
-        pass(local ? "stress and scatter" : "scatter", kEachStep, reads, {"grid"}, models);
+        pass(local ? "stress and scatter" : "scatter", when, reads, {"grid"}, models);
         pass("grid update", kEachStep, {"grid"}, {"grid"});
         Names writes{"x", "v"};
         if (affine) writes.push_back("C");
         if (local) writes.push_back("F");
-        pass("gather", kEachStep, {"grid", "x"}, writes, {w_.scene.transfer.type});
-        if (may_defer_gather(w_))
-            pass("gather, stress and scatter", "for both, between steps without a look or a sort",
-                 {"grid", "x", "F", "mass", "volume"}, {"x", "F", "grid"}, models);
-        if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"x", "v"});
+        pass("gather", when, {"grid", "x"}, writes, transfer);
+        if (!w_.colliders.empty()) pass("particle collisions", when, {"x", "v"}, {"x", "v"});
+        if (w_.defers_gather) add_joint_pass(models);
+    }
+    /// Gather, collisions and scatter in one; time steps are measured there, too.
+    void add_joint_pass(const Names& models) {
+        Names reads{"grid", "x", "F", "mass", "volume"}, writes{"x", "F", "grid"};
+        if (w_.transfer_needs.own_velocity) reads.push_back("v"), writes.push_back("v");
+        pass("gather, stress and scatter", "in all other steps", reads, writes, models);
     }
     void add_particle_passes() {
         pass("kick and drift", kEachStep, {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});

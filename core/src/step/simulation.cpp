@@ -51,6 +51,7 @@ public:
         renew_plan();
     }
     Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) override {
+        settle();
         return perimpm::relax(w_, residual, most_steps, [&] {
             const double time = w_.time;
             step(1e300, Next::look);
@@ -66,7 +67,7 @@ public:
         if (std::exchange(velocities_written_, false)) accept_velocities(w_);
         w_.dt = choose_time_step(w_, longest);
         if (w_.transfer_needs.grid)
-            grid_step(next == Next::step && may_defer_gather(w_));
+            grid_step(next);
         else
             integrate_particles(w_);
         w_.time += w_.dt;
@@ -76,7 +77,8 @@ public:
 
     void settle() override {
         if (!std::exchange(w_.motion.owed, false)) return;
-        w_.timer("gather", [&] { gather(w_); });                                                     // 5
+        w_.timer("gather", [&] { gather(w_); });  // 5
+        if (!w_.defers_gather) w_.max_speed = w_.gathered_speed;
         if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
         if (w_.conditions.holds()) w_.timer("conditions", [&] { move_held_particles(w_); });
     }
@@ -96,12 +98,14 @@ public:
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
-    void grid_step(bool defer_gather) {
-        if (std::exchange(w_.motion.owed, false))
-            gather_and_scatter(w_);  // 5 of the last step; 1, 2
-        else
-            prepare_and_scatter();
-        if (may_defer_gather(w_)) w_.max_speed = w_.gathered_speed;
+    void grid_step(Next next) {
+        if (std::exchange(w_.motion.owed, false)) {
+            gather_and_scatter(w_);  // 5, 6 of the last step; 1, 2
+        } else {
+            prepare_scatter();
+            scatter(w_);  // 1, 2
+        }
+        if (w_.defers_gather) w_.max_speed = w_.gathered_speed;
         w_.timer("grid update", [&] {  // 3, 4
             const bool held = w_.conditions.holds();
             if (w_.images.any()) fold_images(w_);
@@ -109,10 +113,10 @@ private:
             if (held) hold_nodes(w_);
             if (w_.images.any()) unfold_images(w_);
         });
-        if (!defer_gather) settle();
+        if (next == Next::look || !w_.defers_gather) settle();  // 5, 6
     }
 
-    void prepare_and_scatter() {
+    void prepare_scatter() {
         if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
             w_.timer("sort", [&] { sort_particles(w_); });
         compute_bond_forces(w_);  // 7 of the last step
@@ -123,7 +127,6 @@ private:
                 prescribe_velocities(w_, w_.time + w_.dt / 2);
                 if (held) scatter_held(w_);
             });
-        scatter(w_);  // 1, 2
     }
 
     World<Real> w_;

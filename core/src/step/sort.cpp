@@ -6,7 +6,7 @@
 
 #include "perimpm/error.hpp"
 #include "state/morton.hpp"
-#include "step/transfer.hpp"
+#include "step/world.hpp"
 
 namespace perimpm {
 
@@ -206,7 +206,7 @@ template <class Real>
 void sort_particles(World<Real>& w) {
     if (w.images.periodic()) wrap_particles(w);
     find_blocks(w);
-    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment, w.images, may_defer_gather(w));
+    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment, w.images, w.defers_gather);
     w.farthest = 0;
     for (const ParticleBlock& block : w.grid.particle_blocks())
         for (const std::int32_t c : block.coordinate)

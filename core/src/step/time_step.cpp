@@ -62,7 +62,8 @@ double time_step_bound(const World<Real>& w, double wave_speed) {
                                  : w.particle_bound;
 }
 
-/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once.
+/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once; what
+/// a grid's wave speed is measured to be counts from the next step on.
 template <class Real>
 double choose_time_step(World<Real>& w, double longest) {
     const SimulationSpec& s = w.scene.simulation;

@@ -6,14 +6,6 @@
 
 namespace perimpm {
 
-/// Whether gathers may wait for the scatter of the next step: particles of local laws on a grid, which no condition pushes
-/// between the two.
-template <class Real>
-bool may_defer_gather(const World<Real>& w) {
-    return w.transfer_needs.grid && w.conditions.list.empty() &&
-           std::none_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.has_bonds(); });
-}
-
 /// What the transfer kernel sees of `size` particles from number `first` of the material's grid order. Particles of
 /// local laws lie in that order already; those of bond laws are brought into it in the worker's scratch.
 template <class Real>
@@ -97,9 +89,5 @@ void scatter_stressed(World<Real>& w, Material<Real>& m, std::size_t first, Tran
     b.tau = law.tau;
     w.transfer->scatter(b);
 }
-
-/// Notes how far the gather moved particles, from what was found by block.
-template <class Real>
-void note_gathered_speed(World<Real>& w);
 
 }  // namespace perimpm

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -99,7 +102,7 @@ struct Scratch {
     Tiles<Real> now, next;  ///< to gather from or scatter to; to scatter to while `now` is gathered from
     FieldArray<Real> tau{kChunk, 6};
     FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9},
-        force{kChunk, 3};  ///< bond laws' particles in grid order
+        force{kChunk, 3};  ///< bond laws' particles in grid order; v and C on their way from gather to scatter
     AlignedArray<Real> mass{kChunk}, volume{kChunk};
     AlignedArray<BondCandidate> candidates;
     NearObstacles near;
@@ -138,8 +141,17 @@ struct GridMotion {
 /// What a gather, and what is done with the particles in the same pass, found in a block.
 struct BlockFindings {
     double speed2 = 0;    ///< largest squared grid velocity at a particle, not a number if one is not finite [m^2/s^2]
-    double collided = 0;  ///< largest change of a velocity by colliders [m/s]
-    double wave_speed = 0;  ///< largest, if it was measured [m/s]
+    double collided = 0;  ///< largest sum of a velocity's changes by colliders [m/s]
+    double wave_speed = 0;            ///< largest, if it was measured [m/s]
+    std::exception_ptr refusal = {};  ///< what a law threw
+
+    /// Block by block; a speed that is not a number stays.
+    void add(const BlockFindings& more) {
+        speed2 = std::isnan(speed2) || std::isnan(more.speed2) ? std::nan("") : std::max(speed2, more.speed2);
+        collided = std::max(collided, more.collided);
+        wave_speed = std::max(wave_speed, more.wave_speed);
+        if (!refusal) refusal = more.refusal;
+    }
 };
 
 /// Everything a step works on. The stages are free functions over it, one file each.
@@ -171,9 +183,12 @@ struct World {
     double time = 0;
     std::uint64_t steps = 0;
     double dt = 0;  ///< of the step being taken
-    double max_speed =
-        0;  ///< of the grid at particles [m/s]: where gathers may be deferred, of the step before the last,
-            ///< so that the next step is chosen alike whether the last gather has been done or not
+    bool defers_gather =
+        false;  ///< gathers may wait for the scatter of the next step: on a grid, where neither bonds nor
+                ///< conditions act between the two
+    /// Largest speed of the grid at particles as the next step may know it [m/s]. Where gathers may be deferred it is one
+    /// step old, so that steps are chosen alike whether the last gather has been done or not.
+    double max_speed = 0;
     double gathered_speed = 0;  ///< as the last gather found it
     GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]
@@ -279,6 +294,9 @@ template <class Real>
 void unfold_images(World<Real>& w);
 template <class Real>
 void gather(World<Real>& w);
+/// Notes how far a gather moved particles. Returns what was found in all blocks.
+template <class Real>
+BlockFindings note_findings(World<Real>& w);
 /// Whether the next step need not sort first, so that its scatter can follow the owed gather block by block.
 template <class Real>
 bool gather_can_wait(const World<Real>& w);
@@ -289,9 +307,9 @@ template <class Real>
 void integrate_particles(World<Real>& w);
 template <class Real>
 void collide_particles(World<Real>& w);
-/// Step 6 for `size` particles with positions x and velocities v. Returns the largest change of a velocity [m/s].
+/// Step 6 for `size` particles with positions x and velocities v. Returns the largest sum of changes of a velocity [m/s].
 template <class Real>
-double collide_run(const World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size);
+double collide_run(World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size);
 /// The largest speed of a collider [m/s].
 template <class Real>
 double fastest_collider(const World<Real>& w);

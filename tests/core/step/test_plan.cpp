@@ -75,7 +75,9 @@ TEST_CASE("plan: when a pass runs", "[step]") {
     };
     const std::string every_fourth =
         R"(material.rubber.fracture={ type = "critical_stretch", critical_stretch = 1, interval = 4 })";
-    CHECK(when({}, "gather") == "each step");
+    CHECK(when({}, "gather") == "when a step sorts or is looked at");
+    CHECK(when({}, "gather, stress and scatter") == "in all other steps");
+    CHECK(when({kBonds}, "gather") == "each step");
     CHECK(when({}, "time step") == "every 10 steps");
     CHECK(when({}, "fracture") == "never");
     CHECK(when({kBonds, kNeverBreaks}, "fracture") == "each step");

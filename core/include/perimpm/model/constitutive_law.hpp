@@ -22,6 +22,7 @@ struct LawNeeds {
     bool stress = false;           ///< bond laws: `evaluate` writes tau, whose divergence the grid takes, and no force
     bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
     bool reports_stretch = false;  ///< bond laws: `evaluate` fills Block::largest_stretch
+    bool may_refuse = false;       ///< local laws: `evaluate` throws for some deformation gradients
     double horizon = 0;            ///< bond laws: family radius, rim included [m]
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     FieldSpecs particle_state = {};

@@ -54,7 +54,8 @@ public:
 
     /// What comes after a step: somebody may look at the particles through views, or a further step or settle() follows at
     /// once. Before a step, where the scene allows it, particles are moved and scattered in one pass, which saves half the
-    /// memory traffic. The other members see the particles as they should be in either case, and bits are the same.
+    /// memory traffic. All members see the particles as they should be in either case, since they settle first (and may
+    /// throw SimulationError); bits are the same.
     enum class Next { look, step };
     /// Advances one step of at most `longest` [s]. Returns the step taken [s]. Throws SimulationError.
     double step(double longest = 1e300, Next next = Next::look);
