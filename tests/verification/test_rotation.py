@@ -132,19 +132,26 @@ def test_one_turn_at_twenty_cells(transfer: Tree, kinetic: float, spin: float, w
     assert change == pytest.approx(spin, abs=within)
 
 
-def fast_spin(turns_between: list[int]) -> tuple[list[float], perimpm.Simulation]:
-    """|det F - 1| at its worst particle after each of the given numbers of further turns at 100 rad/s. The centrifugal
-    strain rho omega^2 a^2 / (3 E) is 1.3e-2."""
-    omega, young = 100.0, 1e8
-    sim, dt = spinning({"type": "apic", "order": 2}, cells=4, omega=omega, young=young)
+def fast_spin(turns_between: list[int]) -> tuple[list[float], list[float]]:
+    """After each of the given numbers of further turns at 100 rad/s: |det F - 1| at its worst particle, and how much
+    farther out the farthest particle is than at the start. The centrifugal strain rho omega^2 a^2 / (3 E) is 1.3e-3."""
+    omega, young = 100.0, 1e9
+    sim, dt = spinning({"type": "apic", "order": 2}, cells=5, omega=omega, young=young)
     turn = 2 * np.pi / omega / dt
-    worst = []
+    worst, spread = [], []
+
+    def farthest() -> float:
+        return float(np.max(np.hypot(*sim.particles["x"][:, :2].T)))
+
+    start = farthest()
     for turns in turns_between:
         sim.step(round(turns * turn))
         worst.append(float(np.max(np.abs(np.linalg.det(sim.particles["F"]) - 1))))
+        spread.append(farthest() / start - 1)
     print("\n|det F - 1|: " + ", ".join(f"{value:.2e}" for value in worst))
+    print("farther out by " + ", ".join(f"{value:.2%}" for value in spread))
     assert max(worst) <= 3 * DENSITY * omega**2 * (EDGE / 2) ** 2 / (3 * young)
-    return worst, sim
+    return worst, spread
 
 
 def test_fast_rotation_does_not_wear_the_deformation_gradient() -> None:
@@ -154,10 +161,14 @@ def test_fast_rotation_does_not_wear_the_deformation_gradient() -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_fast_turns_do_not_wear_the_deformation_gradient() -> None:
-    worst, sim = fast_spin([2, 998, 3000, 6000])
-    print(f"kinetic {sim.ledger.kinetic:.6g} J, L {sim.ledger.angular_momentum[2]:.12g}")
+def test_hundreds_of_fast_turns_wear_positions_not_the_deformation_gradient() -> None:
+    """x + dt v moves a turning particle outward by (omega dt)^2 / 2 of its radius in every step, 3 % in a turn. The stress
+    takes this back from F, which stays within its bound, and from positions all but a part in a hundred: corners creep
+    outward by 2.5 % in 100 turns, and after some 1000 the cube comes apart."""
+    worst, spread = fast_spin([2, 98, 200])
     assert max(worst[1:]) <= 1.5 * worst[0]
+    assert 0 < spread[1] <= 0.04
+    assert spread[2] <= 0.15
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from perimpm import InputError
 
 FLAGS = ("-std=c++20", "-O3", "-march=native", "-ffp-contract=fast", "-pthread")
 
-#: Numbers read and written by particle and step when scatter and gather each stream the state once. Scatter reads x, v, F,
-#: mass and volume and writes F; gather reads x and writes x and v: 35. APIC reads and writes C, too; FLIP reads v again.
-STATE_NUMBERS = {"pic": 35, "flip": 38, "apic": 53}
+#: Numbers read and written by particle and step when a step streams the state once, gather and the next scatter in one: x and F
+#: are read and written, mass and volume read: 26. FLIP reads and writes v, too; others need v and C only in between.
+STATE_NUMBERS = {"pic": 26, "flip": 32, "apic": 26}
 FLOPS_PER_NODE = 30  #: of the stencil, scatter and gather together
 FLOPS_PER_PARTICLE = 690  #: spline weights, stress and an iterative polar decomposition
 
