@@ -40,7 +40,9 @@ class Lattice {
 public:
     Lattice(const std::string& law, const std::string& table, double horizon)
         : law_{make<ConstitutiveLaw, double>(
-              law, fmt::format("youngs_modulus = {}\nhorizon = {}\nsurface = \"none\"\n{}", kYoung, horizon, table),
+              law,
+              fmt::format("youngs_modulus = {}\nhorizon = {}\nsurface = \"none\"\n{}\n{}", kYoung, horizon,
+                          law == "pd_bond" ? "" : "influence = \"constant\"", table),
               {.density = kDensity, .particle_spacing = kSpacing, .grid_spacing = 0})},
           points_{*law_, ball(2.001 * law_->needs().horizon), kVolume, kDensity} {
         const auto& X = points_.reference();

@@ -21,6 +21,7 @@ const std::string
     kSheet =
         "shape = { type = \"rectangle\", corner = [1, 2, 3], edge_u = [0.3, 0, 0.4], edge_v = [-0.32, 0.18, 0.24] }\n"
         "thickness = 1e-3",
+    kPlain = "surface = \"family\"\ninfluence = \"constant\"\nhorizon = 3.015\n",
     kStrand = "shape = { type = \"polyline\", points = [[1, 2, 3], [1.2, 2.4, 3.4]] }\ncross_section = 2e-6";
 
 MeasuredStiffness measured(const std::string& law, const std::string& body) {
@@ -89,7 +90,8 @@ TEST_CASE("sheets: the bulk modulus of the linear peridynamic solid is exact, it
           "[verification]") {
     // As in space (B2): theta of uniform expansion is exact, K = E/(2 (1 - nu)) in plane stress.
     const double nu = 0.3;
-    const auto law = make<ConstitutiveLaw, double>("pd_lps", "youngs_modulus = 3e6\npoisson_ratio = 0.3", context(2));
+    const auto law =
+        make<ConstitutiveLaw, double>("pd_lps", "youngs_modulus = 3e6\npoisson_ratio = 0.3\n" + kPlain, context(2));
     const double V = kSpacing * kSpacing * kThickness;
     Particles<double> sheet(*law, layer(4, 2), V);
     const std::size_t middle = 4 * 9 + 4;
@@ -110,8 +112,8 @@ TEST_CASE("sheets: micromodulus of infinitely many particles in a plane and alon
     // REFERENCES (b): c = 9 E/(pi delta^3 t); along a line 2 E/(A delta^2). Energy c s^2 |X|/4 per bond and end, V each.
     for (const std::uint32_t d : {2u, 1u}) {
         CAPTURE(d);
-        const auto law =
-            make<ConstitutiveLaw, double>("pd_bond", "youngs_modulus = 3e6\ncalibration = \"continuum\"", context(d));
+        const auto law = make<ConstitutiveLaw, double>(
+            "pd_bond", "youngs_modulus = 3e6\nhorizon = 3.015\ncalibration = \"continuum\"", context(d));
         const double V = d == 2 ? kSpacing * kSpacing * kThickness : kSpacing * kSection, delta = 3.015 * kSpacing;
         const double c = d == 2 ? 9 * kYoung / (std::numbers::pi * std::pow(delta, 3) * kThickness)
                                 : 2 * kYoung / (kSection * delta * delta);
@@ -163,8 +165,8 @@ TEST_CASE("sheets: springs and averaged bonds resist bending with the fourth pow
     };
     for (const Row& row : {Row{"mu = 0.0\nlambda = 1e6", 1e6, 0}, Row{"mu = 1e6\nlambda = 0.0", 0, 1e6}}) {
         CAPTURE(row.table);
-        const auto law = make<ConstitutiveLaw, double>(
-            "pd_elastic", std::string("calibration = \"paper\"\n") + row.table, context(2));
+        const auto law =
+            make<ConstitutiveLaw, double>("pd_elastic", "calibration = \"paper\"\n" + kPlain + row.table, context(2));
         const double V = kSpacing * kSpacing * kThickness;
         Particles<double> sheet(*law, layer(4, 2), V);
         const std::size_t middle = 40;

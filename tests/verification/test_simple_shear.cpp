@@ -133,7 +133,7 @@ TEST_CASE("simple shear: a rigid turn keeps the turned stress and yields nothing
 
 TEST_CASE("simple shear: families of bonds yield with J2, then resist a change of volume that is none",
           "[verification]") {
-    const auto law = law_of("pd_lps", 0.3);
+    const auto law = law_of("pd_lps", 0.3, "surface = \"family\"\ninfluence = \"constant\"\nhorizon = 3.015");
     Cube cube(*law);
     const auto to = [&](double from, double gamma) {
         for (int n = 1; n <= 20; ++n) cube.deform(sheared(from + (gamma - from) * n / 20));

@@ -113,11 +113,12 @@ TEST_CASE("skin effect: reactions of prescribed bars, Peridigm's gold", "[verifi
     CHECK_THAT(reaction(*bond, {4, 24, 4}, 0.25, 1, 1e-3, -1.5), WithinRel(2.5125739090e8, 1e-10));
     // LinearLPSBar, strain 0.1; local 1.6608e10 N; our law is geometrically nonlinear
     const double K = 160e10, mu = 79.3e10;
-    const auto lps = make<ConstitutiveLaw, double>(
-        "pd_lps",
-        fmt::format("horizon_length = 0.1502\nyoungs_modulus = {:.17g}\npoisson_ratio = {:.17g}",
-                    9 * K * mu / (3 * K + mu), (3 * K - 2 * mu) / (6 * K + 2 * mu)),
-        {.density = 1000, .particle_spacing = 0.05, .grid_spacing = 0});
+    const auto lps =
+        make<ConstitutiveLaw, double>("pd_lps",
+                                      fmt::format("surface = \"family\"\ninfluence = \"constant\"\nhorizon_length = "
+                                                  "0.1502\nyoungs_modulus = {:.17g}\npoisson_ratio = {:.17g}",
+                                                  9 * K * mu / (3 * K + mu), (3 * K - 2 * mu) / (6 * K + 2 * mu)),
+                                      {.density = 1000, .particle_spacing = 0.05, .grid_spacing = 0});
     CHECK_THAT(reaction(*lps, {20, 5, 5}, 0.05, 0, 0.1, 0), WithinRel(2.1493854407e10, 1e-10));
     // the linearised gold: the same per strain as the strain vanishes
     CHECK_THAT(reaction(*lps, {20, 5, 5}, 0.05, 0, 1e-6, 0) * 1e5, WithinRel(2.0658625810e10, 1e-5));

@@ -103,8 +103,8 @@ TEST_CASE("resolve: of two keys that exclude each other only the one in force is
 }
 
 TEST_CASE("resolve: a default that a model refuses beside the given keys stays out", "[scene]") {
-    // pd_bond takes `surface = "family"` only with the lattice calibration
-    CHECK(text(resolved({kBonds}), "material.rubber.constitutive.surface") == "family");
+    // pd_bond takes its default `surface` only with the lattice calibration
+    CHECK(text(resolved({kBonds}), "material.rubber.constitutive.surface") == "moment");
     const Value continuum = resolved(
         {R"(material.rubber.constitutive={ type = "pd_bond", youngs_modulus = 1e5, calibration = "continuum" })"});
     CHECK_FALSE(part(continuum, "material.rubber.constitutive").find("surface"));

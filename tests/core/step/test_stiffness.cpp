@@ -18,6 +18,8 @@ MeasuredStiffness measured(const std::string& law, const Overrides& more = {}) {
     return measure_stiffness(scene_from(kBox, overrides), 2).at(0);
 }
 
+const std::string kPlain = R"(surface = "family", influence = "constant", horizon = 3.015)";
+
 }  // namespace
 
 TEST_CASE("measure_stiffness: the bulk is the lattice sum of B2, along the axes and the diagonals", "[step]") {
@@ -30,7 +32,7 @@ TEST_CASE("measure_stiffness: the bulk is the lattice sum of B2, along the axes 
     for (const Row& row :
          {Row{R"(type = "pd_bond", calibration = "continuum", horizon = 3.015)", 1.099, 1.194, 0.957},
           Row{R"(type = "pd_bond", calibration = "continuum", horizon = 2.000001)", 0.971, 0.882, 1.106},
-          Row{R"(type = "pd_lps", surface = "none", horizon = 3.015)", 1, 1.110, 0.835}}) {
+          Row{R"(type = "pd_lps", surface = "none", influence = "constant", horizon = 3.015)", 1, 1.110, 0.835}}) {
         CAPTURE(row.law);
         const MeasuredStiffness s = measured(row.law, {"body.0.shape.max=[0.45, 0.45, 0.45]"});
         const double edge = young(row.K * K0, row.mu_diag * mu0), diagonal = young(row.K * K0, row.mu_xy * mu0);
@@ -47,9 +49,10 @@ TEST_CASE("measure_stiffness: the bulk is the lattice sum of B2, along the axes 
 }
 
 TEST_CASE("measure_stiffness: the calibrated lattice has the modulus on average and its own anisotropy", "[step]") {
-    const MeasuredStiffness s = measured(R"(type = "pd_elastic", bending_ratio = 1.0)");
-    const auto law = make<ConstitutiveLaw, double>("pd_elastic", "youngs_modulus = 1e5",
-                                                   {.density = 1000, .particle_spacing = 0.05, .grid_spacing = 0});
+    const MeasuredStiffness s = measured(R"(type = "pd_elastic", bending_ratio = 1.0, )" + kPlain);
+    const auto law =
+        make<ConstitutiveLaw, double>("pd_elastic", "youngs_modulus = 1e5\nhorizon = 3.015\ninfluence = \"constant\"",
+                                      {.density = 1000, .particle_spacing = 0.05, .grid_spacing = 0});
     Particles<double> particles(*law, lattice(7, 0.05), 1.25e-4);
     const double families =
         static_cast<double>(particles.bonds().row[middle(7) + 1] - particles.bonds().row[middle(7)]);
