@@ -3,7 +3,7 @@
       (2) c = 18 K / (pi delta^4)                                    their eq. 22, `calibration = "continuum"`
       (3) c = 18 K / sum_q |X| beta V_q                              the same with the discrete family, exact for isotropic strain
       (4) beta = clip((delta - |X|)/h + 1/2, 0, 1)                   share of q's volume inside (Parks et al. 2008), above 0
-                                                                    up to |X| = delta + h/2
+                                                                    up to |X| = delta + h/2, or delta ("centred")
     Poisson's ratio is 1/4. In d < 3 dimensions, sheets of thickness t and strands of section A, d^2 K_d stands for 9 K, with
     d K_d (1 - (d - 1) nu) = E and nu = 1/(d + 1); c = 2 d^2 K_d / sum_q |X| beta V_q; (2) is 9 E/(pi delta^3 t), 2 E/(A delta^2)
     (SpringLattice in perimpm/peridynamics/family.hpp). (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair

@@ -110,6 +110,15 @@ TEST_CASE("pd_bond: partial volumes weigh bonds at the rim", "[constitutive]") {
     a.place(1, {2 * kSpacing, 0, 0}), b.place(1, {2 * kSpacing, 0, 0});
     a.evaluate(), b.evaluate();
     CHECK_THAT(b.force(0)[0], WithinRel(0.6 * a.force(0)[0], 1e-12));
+    // At 1.6 h the centre lies beyond, four tenths of the cell do not.
+    const auto centred = pd_bond(horizon + "volume_correction = \"centred\"");
+    const std::vector<Vec3> beyond = {Vec3::Zero(), Vec3(1.6 * kSpacing, 0, 0)};
+    CHECK(Particles<double>(*partial, beyond, kVolume).bonds().size() == 2);
+    CHECK(Particles<double>(*centred, beyond, kVolume).bonds().size() == 0);
+    Particles<double> d(*centred, X, kVolume);
+    d.place(1, {2 * kSpacing, 0, 0});
+    d.evaluate();
+    CHECK(d.force(0)[0] == b.force(0)[0]);
 }
 
 TEST_CASE("pd_bond: a surface treatment contradicts the continuum constant", "[constitutive]") {

@@ -58,7 +58,7 @@ def pd_cube(side: int, law: str, transfer: str, precision: str) -> Workload:
     dx = 1.0e-3
     constitutive: dict[str, Any] = {"type": law, "youngs_modulus": 72.0e9, "horizon": 3.015}
     if law == "pd_bond":
-        constitutive |= {"calibration": "continuum", "volume_correction": "linear"}
+        constitutive |= {"calibration": "continuum", "volume_correction": "centred"}
     half = dx / 2
     scene = {
         "format": 1,

@@ -40,28 +40,34 @@ constexpr ParamSpec influence_param() {
 }
 
 constexpr ParamSpec volume_correction_param() {
-    return {.key = "volume_correction",
-            .kind = ParamKind::choice,
-            .default_text = "none",
-            .choices = "none|linear",
-            .doc = "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside"};
+    return {
+        .key = "volume_correction",
+        .kind = ParamKind::choice,
+        .default_text = "none",
+        .choices = "none|linear|centred",
+        .doc =
+            "\"linear\" counts of neighbours at the rim of the horizon only the share that lies inside; \"centred\" "
+            "the same of those whose centres lie inside, as LAMMPS does"};
 }
 
 /// Share of a neighbour's volume that counts: all of it, or clip((delta - |X|)/h + 1/2, 0, 1), the part of its cell of
-/// width h inside the horizon delta (Parks et al. 2008), cells whose centres lie beyond included.
+/// width h inside the horizon delta (Parks et al. 2008), cells whose centres lie beyond included unless it is "centred".
 class VolumeShare {
 public:
     VolumeShare(const Params& p, double horizon)
-        : horizon_{horizon}, spacing_{p.context().particle_spacing}, partial_{p.is("volume_correction", "linear")} {}
+        : horizon_{horizon},
+          spacing_{p.context().particle_spacing},
+          partial_{!p.is("volume_correction", "none")},
+          beyond_{p.is("volume_correction", "linear")} {}
     bool is_whole() const { return !partial_; }
-    double reach() const { return partial_ ? horizon_ + 0.5 * spacing_ * (1 - 1e-9) : horizon_; }
+    double reach() const { return beyond_ ? horizon_ + 0.5 * spacing_ * (1 - 1e-9) : horizon_; }
     double operator()(double X) const {
         return partial_ ? std::fmin(std::fmax((horizon_ - X) / spacing_ + 0.5, 0.0), 1.0) : 1.0;
     }
 
 private:
     double horizon_, spacing_;
-    bool partial_;
+    bool partial_, beyond_;
 };
 
 /// The weight of a bond by its length: w^ times the share of the neighbour's volume.
