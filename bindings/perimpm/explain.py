@@ -36,7 +36,7 @@ def _off(value: float, asked: float) -> str:
 
 
 def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for s in measured:
         asked = s.youngs_modulus
         count = f"{s.bulk_particles} of {s.bulk_particles + s.surface_particles}"

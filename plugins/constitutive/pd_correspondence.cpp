@@ -39,7 +39,8 @@ constexpr ParamSpec kParams[] = {
     {.key = "stabilisation",
      .range = at_least(0),
      .default_value = 1,
-     .doc = "G in (4), stiffness of the bonds against what F- does not see; divergence \"bonds\""},
+     .doc = "stiffness of the bonds against motion that the family's deformation gradient does not see; divergence "
+            "\"bonds\""},
     horizon_param(),
     horizon_length_param(),
     influence_param(),

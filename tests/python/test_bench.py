@@ -136,8 +136,10 @@ def test_lower_bounds() -> None:
     limits = {"read_GBs": 8.0, "update_GBs": 10.6, "float_GFlops": 100.0, "double_GFlops": 10.0, "float_quad_ns": 1.5,
               "double_quad_ns": 1.0}  # fmt: skip
     bound = block_bound(limits, "apic", 2, "float")
-    assert bound and bound["by"] == "memory" and bound["ns"] == pytest.approx(26 * 4 / 10.6)
-    assert bound["arithmetic_ns"] == pytest.approx(1500 / 100)
+    assert bound and bound["by"] == "arithmetic" and bound["ns"] == pytest.approx(1500 / 100)
+    assert bound["memory_ns"] == pytest.approx(26 * 4 / 10.6)
+    bound = block_bound({**limits, "update_GBs": 5.3}, "apic", 2, "float")
+    assert bound and bound["by"] == "memory" and bound["ns"] == pytest.approx(26 * 4 / 5.3)
     bound = block_bound(limits, "apic", 2, "double")
     assert bound and bound["by"] == "arithmetic" and bound["ns"] == pytest.approx(150)
     assert block_bound(limits, "of_a_plugin", 2, "float") is None

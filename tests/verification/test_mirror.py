@@ -67,4 +67,5 @@ def test_symmetric_motion_stays_symmetric(name: str) -> None:
         for more in SURFACES if bonds else [{}]:
             found = asymmetry(law_of(name, more), transfer, 100)
             print(f"\n{name} {transfer['type']} {more}: {found:.1e}")
-            assert found < 2e-12
+            # moment-exact weights carry the rounding of a solve for 15 multipliers, times its condition number
+            assert found < (1e-11 if more.get("surface") == "moment" else 2e-12)

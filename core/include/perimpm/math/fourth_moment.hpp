@@ -69,7 +69,7 @@ public:
 private:
     using Vec = Eigen::Matrix<double, 15, 1>;
     static constexpr double kFlat = 1e-4;  // of second moments: a family as flat as this is a sheet or a strand
-    static constexpr double kRidge = 1e-7, kTolerance = 1e-10, kDescent = 1e-4;
+    static constexpr double kRidge = 1e-7, kTolerance = 1e-13, kDescent = 1e-4;
     static constexpr int kMostSteps = 100;
 
     Eigen::VectorXd free_factors(const Vec& y) const { return (1 + (m_.transpose() * y).array()).matrix(); }
