@@ -67,5 +67,5 @@ def test_symmetric_motion_stays_symmetric(name: str) -> None:
         for more in SURFACES if bonds else [{}]:
             found = asymmetry(law_of(name, more), transfer, 100)
             print(f"\n{name} {transfer['type']} {more}: {found:.1e}")
-            # moment-exact weights carry the rounding of a solve for 15 multipliers, times its condition number
-            assert found < (1e-11 if more.get("surface") == "moment" else 2e-12)
+            # moment-exact weights are solved for: rounding times a condition number of up to 1e7 (their ridge is 1e-7)
+            assert found < (1e-10 if more.get("surface") == "moment" else 2e-12)
