@@ -160,23 +160,22 @@ def test_sphere() -> None:
     check(10, tolerance=0.03)
 
 
-# Yielding families. By depth of the plastic zone from where on they must meet the tolerance: moment-exact weights need
-# three shells, family weights only the loaded layer.
-BOND_LAWS: dict[str, tuple[Tree, float]] = {
-    "pd_lps": ({"type": "pd_lps", "poisson_ratio": POISSON, "surface": "family"}, 0.2),
-    "deviatoric_plastic": ({"type": "deviatoric_plastic", "yield": "family", "surface": "moment"}, 0.3),
+# Yielding families.
+BOND_LAWS: dict[str, Tree] = {
+    "pd_lps": {"type": "pd_lps", "poisson_ratio": POISSON, "surface": "family"},
+    "deviatoric_plastic": {"type": "deviatoric_plastic", "yield": "family", "surface": "moment"},
 }
+SHORT = pytest.mark.xfail(strict=True, reason="5.4 % low in the first shell, 3.2 % beyond; 3 % are asked")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOND_LAWS)
+@pytest.mark.parametrize("name", ["pd_lps", pytest.param("deviatoric_plastic", marks=SHORT)])
 def test_bond_laws(name: str, tmp_path: Path) -> None:
     """5 cells across the wall."""
-    law, depth = BOND_LAWS[name]
     width = (OUTER - INNER) / 5
-    law = {**law, "youngs_modulus": YOUNG, "yield_stress": YIELD_STRESS, "horizon": 2.01}
+    law = {**BOND_LAWS[name], "youngs_modulus": YOUNG, "yield_stress": YIELD_STRESS, "horizon": 2.01}
     sim = lattice_simulation(law, width / 2, tmp_path)
     curve = inflate(sim, width, float(pressure(1.65)), law.get("poisson_ratio", 0.25))
-    report(name, curve, width)
+    error = report(name, curve, width)
     assert curve.c.max() > 1.55
-    assert np.abs(curve.error(depth)).max() < 0.03
+    assert np.abs(error).max() < 0.03
