@@ -234,6 +234,12 @@ void bind_records(py::module_& m) {
         .def_readonly("potential", &Ledger::potential)
         .def_readonly("momentum", &Ledger::momentum)
         .def_readonly("angular_momentum", &Ledger::angular_momentum);
+    py::class_<Fragment>(m, "Fragment", "A piece of matter: particles that live bonds join.")
+        .def_readonly("id", &Fragment::id, "The least id of its particles.")
+        .def_readonly("particles", &Fragment::particles)
+        .def_readonly("mass", &Fragment::mass, "[kg]")
+        .def_readonly("center", &Fragment::center, "Of the mass [m].")
+        .def_readonly("velocity", &Fragment::velocity, "[m/s]");
     py::class_<Relaxation>(m, "Relaxation", "How a search for equilibrium ended.")
         .def_readonly("steps", &Relaxation::steps)
         .def_readonly("residual", &Relaxation::residual);
@@ -275,6 +281,7 @@ void bind_simulation(py::module_& m) {
         .def_property_readonly("particle_count", guarded([](Simulation& s) { return s.particle_count(); }))
         .def_property_readonly("generation", guarded([](Simulation& s) { return s.generation(); }))
         .def_property_readonly("ledger", guarded([](Simulation& s) { return s.ledger(); }))
+        .def_property_readonly("fragments", guarded([](Simulation& s) { return s.fragments(); }))
         .def_property_readonly("pass_times", guarded([](Simulation& s) { return s.pass_times(); }));
 }
 

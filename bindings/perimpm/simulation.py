@@ -145,6 +145,11 @@ class Simulation:
         return self._core.ledger
 
     @property
+    def fragments(self) -> list[_core.Fragment]:
+        """The pieces that the scene consists of now, ascending by id; a body that cannot break is one piece."""
+        return self._core.fragments
+
+    @property
     def pass_times(self) -> list[_core.PassTime]:
         """Wall time of every pass since the start."""
         return self._core.pass_times

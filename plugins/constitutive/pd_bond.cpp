@@ -61,6 +61,9 @@ public:
             full_ =
                 kIntegral[p.context().dimension - 1] * p.context().across * std::pow(horizon_, springs_.d + 1);  // (2)
         }
+        const auto weight = [this](double X) { return X * beta_(X); };
+        const double stretched = isotropic() * lattice_sum(beta_.reach(), p.context(), weight) / full_;
+        opening_energy_ = opening_energy(beta_.reach(), p.context(), weight, stretched / 2);
     }
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
@@ -69,15 +72,15 @@ public:
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
-                   .moduli = {youngs_modulus_, springs_.poisson_ratio()}};
+                   .moduli = {youngs_modulus_, springs_.poisson_ratio()},
+                   .opening_energy = opening_energy_};
         if (surface_ != Surface::moment) n.bond_state.size = kOwn;
         return n;
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         const auto weight = [this](double X) { return X * beta_(X); };
-        const double d = springs_.d, isotropic = d * d * bulk_modulus(youngs_modulus_, springs_.poisson_ratio(), d);
-        const FamilyWeights<Real> weights(surface_, isotropic, full_, weight);  // (3)
+        const FamilyWeights<Real> weights(surface_, isotropic(), full_, weight);  // (3)
         weights.initialise(
             b, round,
             {.normalisation = kNormalisation, .stiffness = kStiffness, .own = surface_ == Surface::moment ? kOwn : -1});
@@ -124,11 +127,17 @@ public:
     }
 
 private:
+    /// d^2 K_d [Pa].
+    double isotropic() const {
+        return springs_.d * springs_.d * bulk_modulus(youngs_modulus_, springs_.poisson_ratio(), springs_.d);
+    }
+
     double youngs_modulus_, density_, horizon_;
     SpringLattice springs_;
     Surface surface_;
     VolumeShare beta_;  ///< (4)
     double full_;       ///< sum |X| beta V over the full lattice, or what stands for it in (2) [m^4]
+    double opening_energy_;
 };
 }  // namespace
 

@@ -76,6 +76,9 @@ public:
           density_{p.context().density},
           influence_{p, horizon_of(p)},
           weights_{make_weights(p)},
+          opening_energy_{
+              peridynamics::opening_energy(influence_.reach(), p.context(), moment(), deviatoric() / 2,
+                                           (d_ * d_ * bulk_ - deviatoric()) / 2)},  // (3) of r stretched bonds
           flow_{p, deviatoric(), 3 * shear_, 1.0, "yield_psi"},
           particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
           bond_fields_(std::begin(kBondState), std::end(kBondState)) {
@@ -89,7 +92,8 @@ public:
                 .rounds = 2,
                 .particle_state = kept(particle_fields_),
                 .bond_state = kept(bond_fields_),
-                .moduli = {youngs_modulus_, poisson_ratio_}};
+                .moduli = {youngs_modulus_, poisson_ratio_},
+                .opening_energy = opening_energy_};
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
@@ -189,15 +193,18 @@ private:
     /// 15 mu in solids [Pa].
     double deviatoric() const { return d_ * (d_ + 2) * shear_; }
 
+    FamilyWeights<Real>::Weight moment() const {
+        return [w = influence_](double x) { return w(x) * x * x; };
+    }
     FamilyWeights<Real> make_weights(const Params& p) const {
-        const auto moment = [w = influence_](double x) { return w(x) * x * x; };
-        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context(), moment),
-                moment};  // (1): sum w x^2 V / m = 1
+        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context(), moment()),
+                moment()};  // (1): sum w x^2 V / m = 1
     }
 
     double youngs_modulus_, poisson_ratio_, d_, bulk_, shear_, density_;
     Influence influence_;
     FamilyWeights<Real> weights_;
+    double opening_energy_;
     BondFlow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_;
     BondFlow::Fields flow_fields_;

@@ -1,6 +1,12 @@
 /*! Critical stretch (Silling & Askari 2005, section 4): a bond longer than (1 + s0) |X| breaks, for good. Compression breaks
     nothing.
-      (1) s = (|Y| - |X|)/|X| > s0 */
+      (1) s = (|Y| - |X|)/|X| > s0
+      (2) s0 = sqrt(G_c/g)                                           from the fracture energy G_c
+    g is the energy per area of a lattice plane whose bonds are all stretched alike, over the square of the stretch: the law
+    sums it over its own bonds (opening_energy in perimpm/peridynamics/family.hpp). For bond-based solids with many neighbours
+    that is their eq. 27, s0 = sqrt(5 G_c/(9 K delta)). */
+#include <cmath>
+
 #include "perimpm/peridynamics/family.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -11,7 +17,13 @@ using namespace perimpm::peridynamics;
 constexpr ParamSpec kParams[] = {
     {.key = "critical_stretch",
      .range = above(0),
+     .optional = true,
      .doc = "a bond breaks when it is longer than 1 + this, times its length at the start"},
+    {.key = "fracture_energy",
+     .unit = "J/m^2",
+     .range = above(0),
+     .optional = true,
+     .doc = "energy per area of crack, instead of critical_stretch, which then follows from the law and its horizon"},
     {.key = "interval",
      .kind = ParamKind::integer,
      .unit = "steps",
@@ -24,7 +36,7 @@ template <class Real>
 class CriticalStretch final : public FractureCriterion<Real> {
 public:
     explicit CriticalStretch(const Params& p)
-        : limit_{static_cast<Real>(1 + p["critical_stretch"])}, interval_{static_cast<std::uint32_t>(p["interval"])} {}
+        : limit_{static_cast<Real>(1 + stretch_of(p))}, interval_{static_cast<std::uint32_t>(p["interval"])} {}
     std::uint32_t interval() const noexcept override { return interval_; }
     double harmless_stretch() const noexcept override {
         constexpr double kRounding = 1e-6;  // of (|Y| - |X|)/|Y| in single precision, amply; of |Y|/|X| times that
@@ -50,6 +62,18 @@ public:
     }
 
 private:
+    static double stretch_of(const Params& p) {
+        if (p.given("critical_stretch") == p.given("fracture_energy"))
+            throw InvalidParameter("critical_stretch", "or 'fracture_energy' [J/m^2] is required: give one of the two");
+        if (p.given("critical_stretch")) return p["critical_stretch"];
+        const double opening = p.context().opening_energy;
+        if (std::isnan(opening))
+            throw InvalidParameter("fracture_energy",
+                                   "needs a law that knows the energy of its bonds across a crack, as pd_bond, "
+                                   "pd_elastic and pd_lps do: give critical_stretch instead");
+        return std::sqrt(p["fracture_energy"] / opening);  // (2)
+    }
+
     Real limit_;
     std::uint32_t interval_;
 };

@@ -17,6 +17,7 @@ const std::map<std::string, std::string> kCovered = {
     {"geometry/poisson.cpp", "geometry/test_sampling.cpp"},  // the two kinds of sampling share their criteria
     {"scene/bodies.cpp", "scene/test_scene.cpp"},            // parts of read_scene, seen through its errors
     {"scene/checks.cpp", "scene/test_scene.cpp"},
+    {"model/interfaces.cpp", "plugin/test_registry.cpp"},
     {"scene/keys.cpp", "scene/test_scene.cpp"},
     {"scene/models.cpp", "scene/test_scene.cpp"},
     {"scene/text.cpp", "scene/test_tree.cpp"},  // a tree's two directions: to text and from text

@@ -1,5 +1,7 @@
-// REFERENCES.md D6: share of bonds broken by a homogeneous strain of a full family.
+// REFERENCES.md D6: share of bonds broken by a homogeneous strain of a full family. D1: energy of a plane that opens.
 #include <fmt/format.h>
+
+#include <numbers>
 
 #include "support/catch.hpp"
 #include "support/message.hpp"
@@ -100,10 +102,100 @@ TEST_CASE("critical_stretch: candidates are the particle's own long bonds, broke
 
 TEST_CASE("critical_stretch: parameters are checked", "[fracture]") {
     const auto refusal = [](const std::string& table) {
-        return message_of([&] { make<FractureCriterion, double>("critical_stretch", table); });
+        try {
+            return message_of([&] { make<FractureCriterion, double>("critical_stretch", table); });
+        } catch (const InvalidParameter& e) {
+            return std::string(e.what());
+        }
     };
     CHECK(contains(refusal("critical_stretch = 0"), "must be above 0"));
     CHECK(contains(refusal("critical_stretch = inf"), "must be finite"));
-    CHECK(contains(refusal(""), "missing key 'critical_stretch'"));
+    CHECK(contains(refusal(""), "'fracture_energy' [J/m^2] is required: give one of the two"));
+    CHECK(contains(refusal("critical_stretch = 1\nfracture_energy = 1"), "give one of the two"));
     CHECK(make<FractureCriterion, double>("critical_stretch", "critical_stretch = 0.1\ninterval = 7")->interval() == 7);
+}
+
+TEST_CASE("opening energy: springs of a cubic lattice, over that of many neighbours", "[fracture]") {
+    struct Row {
+        double horizon, ratio;
+        const char* volumes;
+    };
+    for (const Row& row :
+         {Row{2, 0.875, "none"}, Row{3, 1.148, "none"}, Row{3.015, 1.120, "none"}, Row{4, 0.913, "none"},
+          Row{5, 0.966, "none"}, Row{6, 1.037, "none"}, Row{2, 1.146, "linear"}, Row{3, 1.071, "linear"},
+          Row{3.015, 1.068, "linear"}, Row{4, 1.030, "linear"}, Row{5, 1.026, "linear"}, Row{6, 1.011, "linear"}}) {
+        CAPTURE(row.horizon, row.volumes);
+        const auto law = make<ConstitutiveLaw, double>(
+            "pd_bond",
+            fmt::format("youngs_modulus = 1.5\nhorizon = {}\ncalibration = \"continuum\"\nvolume_correction = \"{}\"",
+                        row.horizon, row.volumes),
+            {.density = 1, .particle_spacing = 1, .grid_spacing = 0});
+        const double bulk = 1;  // E = 1.5, nu = 1/4
+        CHECK_THAT(law->needs().opening_energy / (1.8 * bulk * row.horizon), WithinAbs(row.ratio, 1e-3));
+    }
+}
+
+TEST_CASE("opening energy: it is what stretching the bonds across a plane costs", "[fracture]") {
+    for (const char* law_name : {"pd_bond", "pd_elastic", "pd_lps"}) {
+        for (const double nu : {0.25, 0.4}) {
+            const bool lps = std::string(law_name) == "pd_lps";
+            if (nu != 0.25 && !lps) continue;
+            CAPTURE(law_name, nu);
+            std::string table = "youngs_modulus = 1.0\nhorizon = 3.015\nsurface = \"none\"\n";
+            if (lps) table += fmt::format("poisson_ratio = {}\n", nu);
+            if (std::string(law_name) == "pd_elastic") table += "bending_ratio = 0.0\n";
+            const auto law = make<ConstitutiveLaw, double>(law_name, table,
+                                                           {.density = 1, .particle_spacing = 1, .grid_spacing = 0});
+            // Two halves of a long column, of which only the energy of its middle row's families is counted. A small
+            // opening u stretches a bond by u X_x/|X|^2 instead of alike: bonds are stretched one by one, instead.
+            Particles<double> particles(*law, lattice(9, 1.0), 1.0);
+            const double s = 1e-3;
+            double energy = 0;
+            for (int layer = 0; layer < 4; ++layer) {
+                // One family at a time: every neighbour beyond the plane moves away from the middle particle by s |X|.
+                const std::size_t p = middle(9);
+                const Vec3 own = particles.reference()[p];
+                particles.move(
+                    [&](const Vec3& X) -> Vec3 { return X[0] - own[0] > layer + 0.5 ? own + (1 + s) * (X - own) : X; });
+                energy += 2 * particles.energy(p, 1) / (s * s);
+            }
+            CHECK_THAT(law->needs().opening_energy, WithinRel(energy, 1e-6));
+        }
+    }
+}
+
+TEST_CASE("opening energy: the linear solid's integral over many neighbours", "[fracture]") {
+    for (const double nu : {0.1, 0.25, 0.4}) {
+        CAPTURE(nu);
+        const double horizon = 10.5;
+        const auto law = make<ConstitutiveLaw, double>(
+            "pd_lps",
+            fmt::format("youngs_modulus = 1.0\npoisson_ratio = {}\nhorizon = {}\ninfluence = \"inverse\"\n"
+                        "volume_correction = \"linear\"",
+                        nu, horizon),
+            {.density = 1, .particle_spacing = 1, .grid_spacing = 0});
+        const double mu = 0.5 / (1 + nu), bulk = 1 / (3 * (1 - 2 * nu));
+        CHECK_THAT(law->needs().opening_energy / horizon, WithinRel(3 * mu + 26.0 / 45 * (bulk - 5 * mu / 3), 0.01));
+    }
+}
+
+TEST_CASE("critical_stretch: from the fracture energy, as published", "[fracture]") {
+    struct Row {
+        double youngs_modulus, energy, horizon, stretch;
+    };
+    for (const Row& row :
+         {Row{190e9, 22130, 3.015e-3, 5.674e-3}, Row{72e9, 3.8, 1e-3, 2.097e-4}, Row{32e9, 100, 6.7e-3, 6.234e-4}}) {
+        CAPTURE(row.youngs_modulus);
+        const double bulk = row.youngs_modulus / 1.5;  // nu = 1/4
+        const auto criterion =
+            make<FractureCriterion, double>("critical_stretch", fmt::format("fracture_energy = {}", row.energy),
+                                            {.opening_energy = 1.8 * bulk * row.horizon});
+        constexpr double kMargin = 1e-6;  // that is kept for rounding
+        CHECK_THAT(criterion->harmless_stretch() + kMargin, WithinRel(row.stretch, 2e-4));
+    }
+    CHECK(contains(message_of<InvalidParameter>([] {
+                       make<FractureCriterion, double>("critical_stretch", "fracture_energy = 1",
+                                                       {.opening_energy = std::nan("")});
+                   }),
+                   "needs a law that knows the energy of its bonds"));
 }

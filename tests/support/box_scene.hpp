@@ -35,6 +35,9 @@ inline const std::string kStresses =
 inline const std::string kNoGrid = R"(transfer={ type = "particle" })";
 inline const std::string kNeverBreaks =
     R"(material.rubber.fracture={ type = "critical_stretch", critical_stretch = 1e3 })";
+inline const std::string kOnGrid = R"(material.rubber.crack_surface="grid")";
+/// Halves of the cube, above and below y = 0.2 m.
+inline const std::string kCrack = R"(crack=[{ shape = { type = "plane", point = [0, 0.2, 0], normal = [0, 1, 0] } }])";
 /// Four particles in a row along x, at 0.025, 0.075, 0.125 and 0.175 m.
 inline const std::string kRow = R"(body.0.shape={ type = "box", min = [0, 0, 0], max = [0.2, 0.05, 0.05] })";
 /// One particle at (0.025, 0.025, 0.025) m.

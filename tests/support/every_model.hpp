@@ -18,15 +18,15 @@ inline std::vector<std::string> names_of(perimpm::Family family) {
 }
 
 /// The table that a model accepts when only what it must have is given: numbers well inside their range, 1e6 for Pa.
-/// A declared Young's modulus is always given, since laws may require it depending on other keys.
+/// A declared Young's modulus or critical stretch is always given, since models may require it depending on other keys.
 inline std::string smallest_table(perimpm::Family family, const std::string& name) {
     const perimpm::PluginDescriptor& d = *perimpm::open_plugin(family, name).descriptor;
     std::string table;
     for (std::uint32_t k = 0; k < d.param_count; ++k) {
         const perimpm::ParamSpec& spec = d.params[k];
-        const bool modulus = std::string(spec.key) == "youngs_modulus";
+        const bool wanted = std::string(spec.key) == "youngs_modulus" || std::string(spec.key) == "critical_stretch";
         const bool has_default = !std::isnan(spec.default_value) || spec.default_text || spec.optional;
-        if (has_default && !modulus) continue;
+        if (has_default && !wanted) continue;
         if (spec.kind == perimpm::ParamKind::model) {
             table += fmt::format("{} = {{ type = \"fixed_corotated\", youngs_modulus = 1e6 }}\n", spec.key);
             continue;

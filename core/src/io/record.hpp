@@ -10,7 +10,7 @@
 
 namespace perimpm {
 
-/// Keeps the files of one run up to date: frames, energy.csv, run.json. Without a folder it writes nothing.
+/// Keeps the files of one run up to date: frames, energy.csv, fragments.csv where bonds can break, run.json. Without a folder it writes nothing.
 class RunRecord {
 public:
     /// Makes the folder and removes what a former run left there from frame `first` on. Throws InputError.
@@ -24,14 +24,14 @@ public:
 
 private:
     bool silent() const { return options_.folder.empty(); }
-    /// Takes over the rows of energy.csv before `time`, so that a continued run keeps them.
-    void keep_energy_before(double time);
+    /// Takes over the rows of the tables before `time`, so that a continued run keeps them.
+    void keep_tables_before(double time);
     std::string path(const char* name) const { return options_.folder + "/" + name; }
 
     const Simulation& simulation_;
     const RunOptions& options_;
     std::uint32_t last_frame_ = 0;
-    std::string energy_;                 ///< energy.csv so far
+    std::string energy_, fragments_;     ///< energy.csv and fragments.csv so far
     std::optional<double> first_total_;  ///< total energy of its first row [J]
     nlohmann::ordered_json head_;        ///< what run.json says from start to end
     std::unique_ptr<FrameWriter> writer_;

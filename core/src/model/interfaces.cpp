@@ -25,7 +25,10 @@ template <class Real>
 FractureCriterion<Real>::~FractureCriterion() = default;
 
 template <class Real>
-void FractureCriterion<Real>::decide(const Block<Real>&, CandidateList&) const {}
+void FractureCriterion<Real>::decide(const Block<Real>&, std::span<const BondCandidate> found,
+                                     std::vector<BondCandidate>& cuts) const {
+    cuts.assign(found.begin(), found.end());
+}
 
 template class ConstitutiveLaw<float>;
 template class ConstitutiveLaw<double>;

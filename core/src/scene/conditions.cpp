@@ -7,6 +7,7 @@
 #include "perimpm/error.hpp"
 #include "scene/checks.hpp"
 #include "scene/keys.hpp"
+#include "scene/named.hpp"
 #include "scene/shapes.hpp"
 #include "scene/vectors.hpp"
 
@@ -18,18 +19,6 @@ constexpr std::pair<const char*, Drive> kDrives[] = {{"velocity", Drive::velocit
                                                      {"acceleration", Drive::acceleration},
                                                      {"body_force", Drive::body_force},
                                                      {"force", Drive::force}};
-
-template <class Spec>
-std::optional<std::uint32_t> index_of(const Reader& r, const char* key, const std::vector<Spec>& specs) {
-    if (!r.given(key)) return std::nullopt;
-    const std::string name = r.text(key);
-    std::vector<std::string> names;
-    for (const Spec& spec : specs) names.push_back(spec.name);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-        r.fail(key, fmt::format("names '{}', which this scene does not have\n  {}", name, suggestion(name, names)));
-    return static_cast<std::uint32_t>(found - names.begin());
-}
 
 /// The key that says what the condition does.
 const char* the_drive(const Reader& r) {
@@ -93,8 +82,8 @@ ConditionSpec read_condition(const Value& table, std::size_t index, const Scene&
         check_shape(*shape, default_name, scene.folder, false);
         spec.shape = *shape;
     }
-    spec.body = index_of(r, "body", scene.bodies);
-    spec.material = index_of(r, "material", scene.materials);
+    spec.body = named_index(r, "body", scene.bodies);
+    spec.material = named_index(r, "material", scene.materials);
     read_factors(r, spec);
     spec.source = table;
     if (function) {

@@ -21,6 +21,10 @@ constexpr ParamSpec kSceneTable[] = {
      .kind = list,
      .optional = true,
      .doc = "boundary conditions and loads on regions, each written [[condition]]"},
+    {.key = "crack",
+     .kind = list,
+     .optional = true,
+     .doc = "cuts that are there from the start, each written [[crack]]"},
     {.key = "output", .kind = table, .optional = true, .doc = "what frames hold"},
 };
 constexpr ParamSpec kSimulationTable[] = {
@@ -83,6 +87,13 @@ constexpr ParamSpec kMaterialTable[] = {
      .kind = table,
      .optional = true,
      .doc = "{ type = fracture plugin, its parameters }; absent: nothing breaks"},
+    {.key = "crack_surface",
+     .kind = choice,
+     .default_text = "particle",
+     .choices = "particle|grid",
+     .doc =
+         "how particles with broken bonds move: by the forces of their own bonds and by contact, so that the two sides "
+         "of a crack part; or through the grid, like all others"},
 };
 constexpr ParamSpec kBodyTable[] = {
     {.key = "name", .kind = text, .optional = true, .doc = "default: body N"},
@@ -177,6 +188,13 @@ constexpr ParamSpec kConditionTable[] = {
      .optional = true,
      .doc = "of the value at `times`, linear between them, constant before and after"},
 };
+constexpr ParamSpec kCrackTable[] = {
+    {.key = "name", .kind = text, .optional = true, .doc = "default: crack N"},
+    {.key = "shape",
+     .kind = table,
+     .doc = "{ type = rectangle, disc or plane, its parameters }: bonds that cross it at t = 0 are broken"},
+    {.key = "body", .kind = text, .optional = true, .doc = "only bonds of this body"},
+};
 constexpr ParamSpec kOutputTable[] = {
     {.key = "fields", .kind = list, .default_text = "[\"x\", \"v\", \"id\"]", .doc = "particle fields in frames"},
     {.key = "formats",
@@ -201,6 +219,11 @@ constexpr ParamSpec kRectangleTable[] = {
     {.key = "corner", .kind = vector, .unit = "m", .doc = "one corner"},
     {.key = "edge_u", .kind = vector, .unit = "m", .doc = "from there to the next corner"},
     {.key = "edge_v", .kind = vector, .unit = "m", .doc = "from there to the other next corner, at right angles"},
+};
+constexpr ParamSpec kDiscTable[] = {
+    {.key = "center", .kind = vector, .unit = "m", .doc = "centre"},
+    {.key = "normal", .kind = vector, .doc = "at right angles to the disc; any length"},
+    {.key = "radius", .unit = "m", .range = above(0.0), .doc = "radius"},
 };
 constexpr ParamSpec kPolylineTable[] = {
     {.key = "points", .kind = list, .unit = "m", .doc = "corners of the line, two or more points"},
@@ -244,11 +267,13 @@ constinit const std::span<const ParamSpec> kMaterial = kMaterialTable;
 constinit const std::span<const ParamSpec> kBody = kBodyTable;
 constinit const std::span<const ParamSpec> kCollider = kColliderTable;
 constinit const std::span<const ParamSpec> kCondition = kConditionTable;
+constinit const std::span<const ParamSpec> kCrack = kCrackTable;
 constinit const std::span<const ParamSpec> kOutput = kOutputTable;
 constinit const std::span<const ParamSpec> kBox = kBoxTable;
 constinit const std::span<const ParamSpec> kSphere = kSphereTable;
 constinit const std::span<const ParamSpec> kCylinder = kCylinderTable;
 constinit const std::span<const ParamSpec> kRectangle = kRectangleTable;
+constinit const std::span<const ParamSpec> kDisc = kDiscTable;
 constinit const std::span<const ParamSpec> kPolyline = kPolylineTable;
 constinit const std::span<const ParamSpec> kPlane = kPlaneTable;
 constinit const std::span<const ParamSpec> kMesh = kMeshTable;
@@ -267,15 +292,17 @@ std::vector<SectionDoc> scene_reference() {
         section("body", "[[body]]", "one solid made of particles", kBodyTable),
         section("collider", "[[collider]]", "one rigid obstacle", kColliderTable),
         section("condition", "[[condition]]", "a boundary condition or load on a region", kConditionTable),
+        section("crack", "[[crack]]", "a cut that is there from the start", kCrackTable),
         section("box", "shape = { type = \"box\" }", "box along the axes", kBoxTable),
         section("sphere", "shape = { type = \"sphere\" }", "ball", kSphereTable),
         section("cylinder", "shape = { type = \"cylinder\" }", "solid cylinder", kCylinderTable),
-        section("rectangle", "shape = { type = \"rectangle\" }", "sheet; bodies with a thickness only",
+        section("rectangle", "shape = { type = \"rectangle\" }", "sheet; bodies with a thickness, and cracks",
                 kRectangleTable),
+        section("disc", "shape = { type = \"disc\" }", "flat round piece; cracks only", kDiscTable),
         section("polyline", "shape = { type = \"polyline\" }", "strand; bodies with a cross_section only",
                 kPolylineTable),
-        section("plane", "shape = { type = \"plane\" }", "half space below a plane; colliders and conditions only",
-                kPlaneTable),
+        section("plane", "shape = { type = \"plane\" }",
+                "half space below a plane; colliders and conditions; the plane itself: cracks", kPlaneTable),
         section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh, or with a thickness its surface",
                 kMeshTable),
         section("output", "[output]", "what the folder of a run holds besides run.json and energy.csv", kOutputTable),

@@ -16,12 +16,14 @@ extern const std::span<const ParamSpec> kMaterial;
 extern const std::span<const ParamSpec> kBody;
 extern const std::span<const ParamSpec> kCollider;
 extern const std::span<const ParamSpec> kCondition;
+extern const std::span<const ParamSpec> kCrack;
 extern const std::span<const ParamSpec> kOutput;
 
 extern const std::span<const ParamSpec> kBox;
 extern const std::span<const ParamSpec> kSphere;
 extern const std::span<const ParamSpec> kCylinder;
 extern const std::span<const ParamSpec> kRectangle;
+extern const std::span<const ParamSpec> kDisc;
 extern const std::span<const ParamSpec> kPolyline;
 extern const std::span<const ParamSpec> kPlane;
 extern const std::span<const ParamSpec> kMesh;

@@ -3,6 +3,7 @@
 #include "perimpm/error.hpp"
 #include "perimpm/scene/scene.hpp"
 #include "scene/checks.hpp"
+#include "scene/cracks.hpp"
 #include "scene/keys.hpp"
 #include "scene/shapes.hpp"
 
@@ -141,6 +142,12 @@ Value resolved_scene(const Scene& scene) {
     for (std::size_t c = 0; c < scene.conditions.size(); ++c)
         complete_part(std::get<Value::List>(entry(tree, "condition").data)[c], scene.conditions[c], keys::kCondition,
                       scene.folder);
+    for (std::size_t c = 0; c < scene.cracks.size(); ++c) {
+        Value& crack = std::get<Value::List>(entry(tree, "crack").data)[c];
+        entry(crack, "name").data = scene.cracks[c].name;
+        complete(crack, keys::kCrack);
+        complete(entry(crack, "shape"), patch_keys(entry(crack, "shape")));
+    }
     return tree;
 }
 

@@ -8,6 +8,7 @@
 #include "perimpm/error.hpp"
 #include "scene/bodies.hpp"
 #include "scene/conditions.hpp"
+#include "scene/cracks.hpp"
 #include "scene/keys.hpp"
 #include "scene/models.hpp"
 #include "scene/vectors.hpp"
@@ -138,6 +139,7 @@ std::vector<MaterialSpec> read_materials(const Value& table) {
         material.name = name;
         material.density = r.number("density");
         material.law = read_model(*r.value("constitutive"), Family::constitutive, what + ".constitutive");
+        material.crack_surface_on_grid = r.text("crack_surface") == "grid";
         if (!r.given("fracture")) continue;
         material.criterion = read_model(*r.value("fracture"), Family::fracture, what + ".fracture");
     }
@@ -197,6 +199,7 @@ Scene read_scene(Value tree, const std::string& folder) {
     scene.bodies = read_bodies(r, scene);
     scene.colliders = read_colliders(r, folder);
     scene.conditions = read_conditions(r, scene);
+    scene.cracks = read_cracks(r, scene);
     scene.source = std::move(tree);
     return scene;
 }

@@ -44,13 +44,6 @@ void check_mesh(const Reader& r, const std::string& folder) {
                                fs::absolute(mesh_path(r, folder)).lexically_normal().parent_path().string()));
 }
 
-void check_rectangle(const Reader& r, const std::string&) {
-    const Vec3 u = vec3(r, "edge_u"), v = vec3(r, "edge_v");
-    if (u.isZero(0.0)) r.fail("edge_u", "must not be zero");
-    if (v.isZero(0.0)) r.fail("edge_v", "must not be zero");
-    if (std::abs(u.dot(v)) > 1e-6 * u.norm() * v.norm()) r.fail("edge_v", "must be at right angles to 'edge_u'");
-}
-
 std::vector<Vec3> corners(const Reader& r) {
     static constexpr ParamSpec kComponent{.key = "points", .unit = "m"};
     std::vector<Vec3> points;
@@ -88,7 +81,7 @@ const Kind kKinds[] = {
          return make_cylinder(vec3(r, "start"), vec3(r, "end"), r.number("radius"));
      }},
     {"mesh", 3, keys::kMesh, check_mesh, build_mesh},
-    {"rectangle", 2, keys::kRectangle, check_rectangle, nullptr},
+    {"rectangle", 2, keys::kRectangle, [](const Reader& r, const std::string&) { check_rectangle(r); }, nullptr},
     {"polyline", 1, keys::kPolyline, check_polyline, nullptr},
     {"plane", 3, keys::kPlane, check_plane,
      [](const Reader& r, const std::string&, double) { return make_half_space(vec3(r, "point"), vec3(r, "normal")); }},
@@ -115,6 +108,13 @@ void refuse_thin(const Value& shape, const Kind& kind, const std::string& what) 
 }
 
 }  // namespace
+
+void check_rectangle(const Reader& r) {
+    const Vec3 u = vec3(r, "edge_u"), v = vec3(r, "edge_v");
+    if (u.isZero(0.0)) r.fail("edge_u", "must not be zero");
+    if (v.isZero(0.0)) r.fail("edge_v", "must not be zero");
+    if (std::abs(u.dot(v)) > 1e-6 * u.norm() * v.norm()) r.fail("edge_v", "must be at right angles to 'edge_u'");
+}
 
 void check_shape(const Value& shape, const std::string& owner, const std::string& folder, bool for_body) {
     const std::string what = "shape of " + owner;

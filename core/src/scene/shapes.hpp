@@ -12,6 +12,9 @@ namespace perimpm {
 /// what: the owner in messages, e.g. "body 0 ('ball')". A body must be bounded: no plane.
 void check_shape(const Value& shape, const std::string& what, const std::string& folder, bool for_body);
 
+/// Throws InputError unless the keys `edge_u` and `edge_v` span a rectangle.
+void check_rectangle(const Reader& shape);
+
 /// Of the bodies that a checked shape is made for: 3 solids (and the surfaces of meshes), 2 sheets, 1 strands.
 std::uint32_t shape_dimension(const Value& shape);
 

@@ -77,6 +77,7 @@ bool Bonds::break_direction(std::uint32_t particle, std::uint32_t slot) {
     if (word & bit) return false;
     word |= bit;
     ++damage[particle];
+    share[particle] = static_cast<float>(damage[particle]) / static_cast<float>(row[particle + 1] - row[particle]);
     return true;
 }
 
@@ -104,6 +105,7 @@ Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, 
     if (can_break) {
         bonds.broken = AlignedArray<std::uint64_t>(all.size() / 64 + 1);
         bonds.damage = AlignedArray<std::uint32_t>(X.size());
+        bonds.share = AlignedArray<float>(X.size());
     }
     return bonds;
 }

@@ -16,12 +16,14 @@ struct Bonds {
     AlignedArray<std::uint32_t> neighbour;  ///< ascending inside a row
     AlignedArray<std::uint64_t> broken;     ///< one bit per bond; empty when nothing can break
     AlignedArray<std::uint32_t> damage;     ///< broken bonds per particle; empty likewise
+    AlignedArray<float> share;              ///< the same over the particle's bonds at the start; empty likewise
 
     std::uint64_t size() const { return neighbour.size(); }
     /// Slot of the opposite direction (q, p) of the bond (p, q).
     std::uint32_t opposite(std::uint32_t particle, std::uint32_t slot) const;
     /// Marks one direction; false when it was broken before.
     bool break_direction(std::uint32_t particle, std::uint32_t slot);
+    bool is_broken(std::uint32_t slot) const { return broken[slot >> 6] >> (slot & 63) & 1; }
 };
 
 /// All pairs of the same body at distance <= horizon [m]. `bodies`: first particle of each body, then the total.

@@ -139,14 +139,15 @@ void refuse_periodic_faces(const Scene& scene, const MaterialSpec& spec) {
 template <class Real>
 void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, const std::vector<BodySample>& bodies) {
     const BodySpec& body = *bodies.front().spec;
-    const ModelContext context{.density = spec.density,
-                               .particle_spacing = bodies.front().spacing,
-                               .grid_spacing = w.spacing(),
-                               .dimension = body.dimension,
-                               .across = body.across};
+    ModelContext context{.density = spec.density,
+                         .particle_spacing = bodies.front().spacing,
+                         .grid_spacing = w.spacing(),
+                         .dimension = body.dimension,
+                         .across = body.across};
     require_same_kind(spec, bodies);
     m.name = spec.name, m.law_name = spec.law.type, m.density = spec.density, m.dimension = body.dimension;
     m.law = create_model<ConstitutiveLaw, Real>(spec.law, context);
+    m.spacing = bodies.front().spacing;
     m.needs = m.law->needs();
     require_sound_law(m.needs, spec.law);
     if (m.needs.bonds) common_spacing(spec, bodies), refuse_periodic_faces(w.scene, spec);
@@ -168,6 +169,7 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
                          fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
                                      spec.criterion.type, spec.law.type, spec.name));
     m.criterion_name = spec.criterion.type;
+    context.opening_energy = m.needs.opening_energy;
     m.criterion = create_model<FractureCriterion, Real>(spec.criterion, context);
     require_sound(m.criterion->interval() >= 1, spec.criterion,
                   "a criterion is asked every 1 or more steps, not every 0");
@@ -232,6 +234,24 @@ void create_candidate_buffers(World<Real>& w) {
     for (Scratch<Real>& s : w.scratch) s.candidates = AlignedArray<BondCandidate>(longest);
 }
 
+/// Which materials' cracks leave the grid, the step that this allows, and the contact of their surfaces: as stiff as a fourth
+/// of the material's own layer of particles, E h for a spring across it, for each of about four that touch.
+template <class Real>
+void prepare_crack_surfaces(World<Real>& w) {
+    for (Material<Real>& m : w.materials) {
+        const auto largest = [](double a, double b) { return std::max(a, b); };
+        const double speed = reduce_chunks(
+            w, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); }, largest);
+        m.contact_stiffness = 0.25 * m.density * speed * speed * m.spacing;
+        m.frees_crack_surfaces = m.can_break() && !m.force.empty() && w.transfer_needs.grid &&
+                                 !w.scene.materials[m.number].crack_surface_on_grid;
+        if (!m.frees_crack_surfaces) continue;
+        w.crack_bound = reduce_chunks(
+            w, m, w.crack_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
+            [](double a, double b) { return std::min(a, b); });
+    }
+}
+
 }  // namespace
 
 template <class Real>
@@ -259,6 +279,7 @@ void build_world(World<Real>& w) {
             if (s.spec->material == k) bodies.push_back(s);
         if (bodies.empty()) continue;
         Material<Real>& m = w.materials.emplace_back();
+        m.number = k;
         create_models(w, m, spec, bodies);
         m.begin = at;
         std::vector<Vec3> X;
@@ -281,7 +302,8 @@ void build_world(World<Real>& w) {
             begins.push_back(X.size());
         }
         m.size = at - m.begin;
-        if (m.has_bonds()) m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr);
+        if (m.has_bonds())
+            m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr || !w.scene.cracks.empty());
         create_varying(m, spec, X);
         create_fields(w, m);
     }
@@ -291,6 +313,8 @@ void build_world(World<Real>& w) {
             w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, voxel));
     });
     for (Scratch<Real>& s : w.scratch) s.near.colliders.reserve(w.colliders.size());
+    prepare_crack_surfaces(w);
+    open_cracks(w);
     create_candidate_buffers(w);
     measure_bounds(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);

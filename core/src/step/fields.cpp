@@ -64,9 +64,11 @@ void add_own(Material<Real>& m, std::vector<FieldView>& out) {
         if (!values.empty())
             out.push_back(
                 view({spec->key, spec->unit, spec->doc, m.law_name}, Field<Real>{values.data(), 0}, 0, m.size, 1));
-    if (!m.bonds.damage.empty())
-        out.push_back(
-            view({"broken_bonds", "1", "number of broken bonds", m.criterion_name}, m.bonds.damage.data(), m.size));
+    if (!m.can_break()) return;
+    const std::string source = m.criterion ? m.criterion_name : "core";
+    out.push_back(view({"broken_bonds", "1", "number of broken bonds", source}, m.bonds.damage.data(), m.size));
+    out.push_back({"damage", "1", "broken bonds over bonds at the start", source, m.bonds.share.data(), m.size, 1, 0, 1,
+                   NumberType::float32});
 }
 
 /// Rows of a frame field in order of ids; particles without the field keep the fill value.
@@ -108,6 +110,17 @@ FrameField body_field(const World<Real>& w) {
     return f;
 }
 
+/// "fragment" likewise: which piece each particle belongs to, by the least id in it. What no bonds hold together is not
+/// told apart: a body of a local law is one piece.
+template <class Real>
+FrameField fragment_field(const World<Real>& w) {
+    FrameField f{"fragment", "1", "core", 1, NumberType::uint32, std::vector<std::byte>(4 * w.count)};
+    const std::vector<std::uint32_t> label = label_fragments(w);
+    auto* out = reinterpret_cast<std::uint32_t*>(f.data.data());
+    for (std::size_t p = 0; p < w.count; ++p) out[w.id[p]] = label[p];
+    return f;
+}
+
 }  // namespace
 
 template <class Real>
@@ -130,7 +143,7 @@ std::vector<FieldView> list_fields(World<Real>& w, const std::string& material) 
 /// Every name that output.fields may hold in this scene, once.
 template <class Real>
 std::vector<std::string> list_frame_fields(World<Real>& w) {
-    std::vector<std::string> names{"body"};
+    std::vector<std::string> names{"body", "fragment"};
     for (Material<Real>& m : w.materials)
         for (const FieldView& v : list_fields(w, m.name)) names.push_back(v.name);
     std::sort(names.begin(), names.end());
@@ -144,6 +157,10 @@ Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::st
     for (const std::string& name : names) {
         if (name == "body") {
             frame.fields.push_back(body_field(w));
+            continue;
+        }
+        if (name == "fragment") {
+            frame.fields.push_back(fragment_field(w));
             continue;
         }
         FrameField* field = nullptr;

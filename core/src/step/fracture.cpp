@@ -23,10 +23,9 @@ void screen(World<Real>& w, Material<Real>& m) {
 
 /// Both directions of each bond; returns the chunks whose families changed, ascending.
 template <class Real>
-std::vector<std::size_t> cut(Material<Real>& m, const CandidateList& cuts) {
+std::vector<std::size_t> cut(Material<Real>& m) {
     std::vector<std::size_t> changed;
-    for (std::uint32_t k = 0; k < cuts.size; ++k) {
-        const auto [p, slot] = cuts.data[k];
+    for (const auto [p, slot] : m.cuts) {
         const std::uint32_t q = m.bonds.neighbour[slot];
         const bool first = m.bonds.break_direction(p, slot);
         const bool second = m.bonds.break_direction(q, m.bonds.opposite(p, slot));
@@ -71,10 +70,13 @@ template <class Real>
 void fracture(World<Real>& w, Material<Real>& m) {
     screen(w, m);
     if (m.candidates.empty()) return;
-    CandidateList cuts{m.candidates.data(), static_cast<std::uint32_t>(m.candidates.size())};
-    m.criterion->decide(make_block(w, m, 0, m.size), cuts);
-    const std::vector<std::size_t> changed = cut(m, cuts);
-    if (!changed.empty()) renew(w, m, changed);
+    m.cuts.clear();
+    m.criterion->decide(make_block(w, m, 0, m.size), m.candidates, m.cuts);
+    const std::vector<std::size_t> changed = cut(m);
+    if (changed.empty()) return;
+    w.contact.valid = false;
+    w.has_crack_surfaces = w.has_crack_surfaces || m.frees_crack_surfaces;
+    renew(w, m, changed);
 }
 
 template void fracture(World<float>&, Material<float>&);

@@ -14,14 +14,14 @@ namespace {
 template <class Real>
 void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t first) {
     b.mass = b.volume = nullptr;
-    for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
+    b.size = for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
         for (int c = 0; c < 3; ++c) b.x[c][to] = w.x[c][m.begin + from], b.v[c][to] = w.v[c][m.begin + from];
     });
 }
 
 template <class Real>
-void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std::size_t first) {
-    for_each_placed(m, first, b.size, [&](std::size_t from, std::size_t to) {
+void unpack(World<Real>& w, Material<Real>& m, const TransferBlock<Real>& b, std::size_t first, std::size_t size) {
+    for_each_placed(m, first, size, [&](std::size_t from, std::size_t to) {
         const std::size_t at = m.begin + to;
         for (int c = 0; c < 3; ++c) w.x[c][at] = b.x[c][from], w.v[c][at] = b.v[c][from];
         for (std::size_t c = 0; b.C && c < 9; ++c) w.C[c][at] = b.C[c][from];
@@ -61,8 +61,9 @@ void gather(World<Real>& w) {
             TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
             b.dt = static_cast<Real>(w.motion.dt);
             if (m.has_bonds()) pack(w, m, b, first);
+            if (b.size == 0) return;
             w.transfer->gather(b);
-            if (m.has_bonds()) unpack(w, m, b, first);
+            if (m.has_bonds()) unpack(w, m, b, first, size);
             fastest2 = std::isfinite(b.sum2) ? std::max(fastest2, static_cast<double>(b.fastest2)) : std::nan("");
         });
         w.found[index] = {.speed2 = fastest2};

@@ -20,7 +20,8 @@ std::uint32_t pack_held(World<Real>& w, Material<Real>& m, std::size_t first, st
     Scratch<Real>& s = w.own_scratch();
     std::uint32_t count = 0;
     for (std::size_t i = first; i < first + size; ++i) {
-        const std::size_t p = m.begin + (m.has_bonds() ? m.order[i] : i);
+        const std::size_t own = m.has_bonds() ? m.order[i] : i, p = m.begin + own;
+        if (m.is_free(own)) continue;
         const std::uint32_t held = w.conditions.held[w.id[p]];
         if (held == Conditions<Real>::kFree) continue;
         for (int c = 0; c < 3; ++c) s.x[c][count] = w.x[c][p], s.force[c][count] = 0;

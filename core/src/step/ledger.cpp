@@ -47,6 +47,7 @@ Ledger take_ledger(World<Real>& w) {
             w, m, l.elastic, [&](Block<Real>& b) { return m.law->energy(b); },
             [](double a, double b) { return a + b; });
     }
+    if (w.has_crack_surfaces) l.elastic += contact_energy(w);
     return l;
 }
 

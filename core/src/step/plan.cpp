@@ -28,6 +28,7 @@ public:
         else
             add_particle_passes();
         if (!criteria_.empty()) pass("fracture", fracture_interval(), {"x", "bonds"}, {"broken bonds"}, criteria_);
+        add_crack_passes();
         if (!w_.conditions.list.empty()) pass("conditions", kEachStep, {"x", "v"}, condition_writes());
         add_arrays();
         add_materials();
@@ -136,6 +137,19 @@ private:
         if (w_.transfer_needs.own_velocity) reads.push_back("v"), writes.push_back("v");
         pass("gather, stress and scatter", "in all other steps", reads, writes, models);
     }
+    /// Of materials whose cracks leave the grid.
+    Names crack_laws() const {
+        Names names;
+        for (const Material<Real>& m : w_.materials)
+            if (m.frees_crack_surfaces) names.push_back(m.law_name);
+        return names;
+    }
+    void add_crack_passes() {
+        if (crack_laws().empty()) return;
+        const std::string when = w_.has_crack_surfaces ? kEachStep : "each step once bonds have broken";
+        pass("contact of crack surfaces", when, {"x", "bonds"}, {"v"});
+        pass("crack surfaces", when, {"v", "force", "mass"}, {"v", "x"}, crack_laws());
+    }
     void add_particle_passes() {
         pass("kick and drift", kEachStep, {"v", "force", "mass"}, {"v", "x"}, {w_.scene.transfer.type});
         if (!w_.colliders.empty()) pass("particle collisions", kEachStep, {"x", "v"}, {"v"});
@@ -155,7 +169,7 @@ private:
             own("grid order", m.order.bytes());
             own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
             own("bonds.length", m.length.bytes());
-            own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes());
+            own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes() + m.bonds.share.bytes());
             for (StateField<Real>& s : m.particle_state) own(s.spec.name, s.values.bytes());
             for (std::size_t k = 0; k < m.bond_state.size(); ++k)
                 own(fmt::format("bonds.{}", m.needs.bond_state.data[k].name), m.bond_state[k].bytes());
@@ -182,6 +196,8 @@ private:
                 {fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), time_step_bound(w_, 0)});
             return;
         }
+        if (!crack_laws().empty())
+            plan_.bounds.push_back({"crack surfaces: bonds of the laws (Silling & Askari 2005)", w_.crack_bound});
         for (const Plan::Material& m : plan_.materials)
             plan_.bounds.push_back(
                 {fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,
@@ -193,7 +209,11 @@ private:
         const Scene& s = w_.scene;
         if (bond_laws_.empty()) skip("bond families and bond forces", "no law of this scene asks for bonds");
         if (local_laws_.empty()) skip("deformation gradient F and stress (no SVD)", "no law of this scene asks for F");
-        if (criteria_.empty()) skip("fracture pass and bond flags", "no material has a fracture criterion");
+        if (criteria_.empty()) skip("fracture pass", "no material has a fracture criterion");
+        if (!any_can_break(w_))
+            skip("bond flags and fragments", "the scene has neither a fracture criterion nor cracks");
+        if (crack_laws().empty() && any_can_break(w_))
+            skip("crack surfaces and their contact", "no material with bonds that can break lets them leave the grid");
         if (s.colliders.empty()) skip("collider passes", "the scene has no colliders");
         if (w_.conditions.list.empty()) skip("conditions", "the scene has none");
         if (!w_.transfer_needs.grid)

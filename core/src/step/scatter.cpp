@@ -15,7 +15,7 @@ void pack(World<Real>& w, Material<Real>& m, TransferBlock<Real>& b, std::size_t
         b.tau = s.tau.view();
     else
         b.force = s.force.view();
-    for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
+    b.size = for_each_placed(m, first, b.size, [&](std::size_t to, std::size_t from) {
         const std::size_t at = m.begin + from;
         for (int c = 0; c < 3; ++c) {
             s.x[c][to] = w.x[c][at];
@@ -37,7 +37,7 @@ void scatter_block(World<Real>& w, std::size_t index) {
         TransferBlock<Real> b = make_transfer_block(w, m, block, first, size);
         if (m.has_bonds()) {
             pack(w, m, b, first);
-            w.transfer->scatter(b);
+            if (b.size > 0) w.transfer->scatter(b);
         } else {
             scatter_stressed(w, m, first, b);
         }

@@ -16,6 +16,8 @@ public:
     virtual Relaxation relax(double residual, std::uint64_t most_steps, const std::function<void()>& after_step) = 0;
     virtual const Scene& scene() const = 0;
     virtual Ledger ledger() = 0;
+    virtual std::vector<Fragment> fragments() = 0;
+    virtual bool can_break() const = 0;
     virtual std::vector<FieldView> fields(const std::string& material) = 0;
     virtual std::vector<std::string> frame_fields() = 0;
     virtual Frame frame(std::uint32_t number, const std::vector<std::string>& names) = 0;
@@ -79,12 +81,15 @@ public:
         if (!std::exchange(w_.motion.owed, false)) return;
         w_.timer("gather", [&] { gather(w_); });  // 5
         if (!w_.defers_gather) w_.max_speed = w_.gathered_speed;
+        if (w_.has_crack_surfaces) w_.timer("crack surfaces", [&] { move_crack_surfaces(w_); });
         if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
         if (w_.conditions.holds()) w_.timer("conditions", [&] { move_held_particles(w_); });
     }
 
     const Scene& scene() const override { return w_.scene; }
     Ledger ledger() override { return settle(), take_ledger(w_); }
+    std::vector<Fragment> fragments() override { return settle(), list_fragments(w_); }
+    bool can_break() const override { return any_can_break(w_); }
     std::vector<FieldView> fields(const std::string& material) override { return settle(), list_fields(w_, material); }
     std::vector<std::string> frame_fields() override { return list_frame_fields(w_); }
     Frame frame(std::uint32_t number, const std::vector<std::string>& names) override {
@@ -120,6 +125,7 @@ private:
         if (w_.drift > sort_margin(w_.transfer_needs.order) * w_.spacing())
             w_.timer("sort", [&] { sort_particles(w_); });
         compute_bond_forces(w_);  // 7 of the last step
+        if (w_.has_crack_surfaces) w_.timer("contact of crack surfaces", [&] { apply_contact(w_); });
         const bool conditions = !w_.conditions.list.empty(), held = w_.conditions.holds();
         if (conditions)
             w_.timer("conditions", [&] {
@@ -156,6 +162,8 @@ std::uint64_t Simulation::particle_count() const { return engine_->plan.particle
 const Scene& Simulation::scene() const { return engine_->scene(); }
 const Plan& Simulation::plan() const { return engine_->plan; }
 Ledger Simulation::ledger() const { return engine_->ledger(); }
+std::vector<Fragment> Simulation::fragments() const { return engine_->fragments(); }
+bool Simulation::can_break() const { return engine_->can_break(); }
 std::vector<PassTime> Simulation::pass_times() const { return engine_->pass_times(); }
 std::uint64_t Simulation::generation() const { return engine_->generation(); }
 void Simulation::positions_changed() { engine_->positions_changed(); }

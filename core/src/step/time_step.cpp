@@ -58,8 +58,9 @@ double fastest_motion(const World<Real>& w) {
 
 template <class Real>
 double time_step_bound(const World<Real>& w, double wave_speed) {
-    return w.transfer_needs.grid ? w.transfer_needs.courant * w.spacing() / (wave_speed + fastest_motion(w))
-                                 : w.particle_bound;
+    if (!w.transfer_needs.grid) return w.particle_bound;
+    const double bound = w.transfer_needs.courant * w.spacing() / (wave_speed + fastest_motion(w));
+    return w.has_crack_surfaces ? std::min(bound, w.crack_bound) : bound;
 }
 
 /// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once; what

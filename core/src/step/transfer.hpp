@@ -32,10 +32,14 @@ TransferBlock<Real> make_transfer_block(World<Real>& w, Material<Real>& m, const
     return b;
 }
 
-/// Copies between the places of a bond law's particles and a block in grid order; copy(in grid order, in storage).
+/// Copies between the places of a bond law's particles and a block in grid order, without those that have left the grid;
+/// copy(in the block, in storage). Returns their number.
 template <class Real, class Copy>
-void for_each_placed(const Material<Real>& m, std::size_t first, std::size_t size, Copy copy) {
-    for (std::size_t i = 0; i < size; ++i) copy(i, m.order[first + i]);
+std::uint32_t for_each_placed(const Material<Real>& m, std::size_t first, std::size_t size, Copy copy) {
+    std::uint32_t count = 0;
+    for (std::size_t i = first; i < first + size; ++i)
+        if (!m.is_free(m.order[i])) copy(count++, m.order[i]);
+    return count;
 }
 
 /// Calls body(material, first, size) for runs of at most kChunk particles of every material in particle block `b`.

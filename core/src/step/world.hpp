@@ -21,6 +21,7 @@
 #include "state/threads.hpp"
 #include "step/collider.hpp"
 #include "step/conditions.hpp"
+#include "step/contact.hpp"
 #include "step/faces.hpp"
 
 namespace perimpm {
@@ -63,6 +64,10 @@ struct Material {
     LawNeeds needs;
     ModelPtr<FractureCriterion, Real> criterion;  ///< null: nothing breaks
     std::size_t begin = 0, size = 0;
+    std::uint32_t number = 0;           ///< in the scene
+    double spacing = 0;                 ///< of its particles [m]
+    double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
+    bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
 
     std::vector<StateField<Real>> particle_state;
     std::vector<AlignedArray<Real>> bond_state;
@@ -75,12 +80,15 @@ struct Material {
     AlignedArray<Real> length;                      ///< bond laws: |X| by bond
     AlignedArray<std::uint32_t> order;              ///< bond laws: particle indices in grid order
     std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
-    std::vector<BondCandidate> candidates;          ///< the same, joined
+    std::vector<BondCandidate> candidates, cuts;    ///< the same, joined; those that break
     std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
     std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
+    bool can_break() const { return !bonds.broken.empty(); }
+    /// Whether particle p, counted within the material, moves by its own forces instead of with the grid.
+    bool is_free(std::size_t p) const { return frees_crack_surfaces && bonds.damage[p] > 0; }
     std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }
 };
 
@@ -198,6 +206,9 @@ struct World {
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
     std::uint64_t sorts = 0;
+    bool has_crack_surfaces = false;                               ///< some particles have left the grid
+    double crack_bound = std::numeric_limits<double>::infinity();  ///< their stable step [s]
+    ContactPairs<Real> contact;
     bool relaxing = false;  ///< on the way to equilibrium: prescribed particles stand still
     SortBuffers<Real> sort;
     PassTimer timer;
@@ -206,6 +217,11 @@ struct World {
     void set_speed(double speed) { max_speed = gathered_speed = speed; }
     Scratch<Real>& own_scratch() { return scratch[Threads::current()]; }
 };
+
+template <class Real>
+bool any_can_break(const World<Real>& w) {
+    return std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.can_break(); });
+}
 
 /// The block of `size` particles from index `first` of the material, counted in storage order.
 template <class Real>
@@ -320,6 +336,25 @@ template <class Real>
 void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);
 template <class Real>
 void fracture(World<Real>& w, Material<Real>& m);
+/// Particles at crack surfaces move by the forces of their own bonds.
+template <class Real>
+void move_crack_surfaces(World<Real>& w);
+/// Particles at crack surfaces repel what they touch and are not bonded to.
+template <class Real>
+void apply_contact(World<Real>& w);
+/// What is stored in it [J].
+template <class Real>
+double contact_energy(World<Real>& w);
+/// Cuts the bonds that cross the scene's cracks, before the first step. Throws InputError for a crack that crosses none.
+template <class Real>
+void open_cracks(World<Real>& w);
+/// By particle in storage order: the least id in its fragment, the particles that live bonds join (its body, where nothing
+/// can break).
+template <class Real>
+std::vector<std::uint32_t> label_fragments(const World<Real>& w);
+/// The scene's fragments, ascending by id.
+template <class Real>
+std::vector<Fragment> list_fragments(const World<Real>& w);
 /// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
 template <class Real>
 void measure_bounds(World<Real>& w);

@@ -103,10 +103,11 @@ TEST_CASE("registry: a criterion that does not decide cuts every candidate", "[p
     std::array<BondCandidate, 2> room{};
     CandidateList found{room.data(), 0};
     criterion->screen(block, found);
-    criterion->decide(block, found);
-    REQUIRE(found.size == 2);
-    CHECK(room[1].particle == 11);
-    CHECK(room[1].bond == 7);
+    std::vector<BondCandidate> cuts;
+    criterion->decide(block, {room.data(), found.size}, cuts);
+    REQUIRE(cuts.size() == 2);
+    CHECK(cuts[1].particle == 11);
+    CHECK(cuts[1].bond == 7);
     CHECK(criterion->interval() == 1);
 }
 

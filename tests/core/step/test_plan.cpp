@@ -41,7 +41,8 @@ TEST_CASE("plan: its passes are those that steps take", "[step]") {
                                 {kBonds},
                                 kMixed,
                                 {kBonds, kNoGrid},
-                                {kBonds, kNeverBreaks},
+                                {kBonds, kNeverBreaks, kOnGrid},
+                                {kBonds, kCrack},
                                 {kFloor},
                                 {kBonds, kNeverBreaks, kNoGrid, kFloor}};
     for (std::size_t k = 0; k < std::size(scenes); ++k) {

@@ -28,6 +28,9 @@ struct LawNeeds {
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     EffectiveModuli moduli = {};
+    /// Bond laws: energy per area of the bonds across a plane of the lattice, all stretched alike, over the square of the
+    /// stretch; NaN where the law does not know it [J/m^2].
+    double opening_energy = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Response of a solid; one object serves all particles of one material. Real: float or double.

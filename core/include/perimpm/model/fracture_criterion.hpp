@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "perimpm/export.hpp"
 #include "perimpm/model/block.hpp"
@@ -36,8 +38,10 @@ public:
     virtual double harmless_stretch() const noexcept { return -std::numeric_limits<double>::infinity(); }
     /// Finds the live bonds in question; in parallel on disjoint blocks.
     virtual void screen(const Block<Real>& b, CandidateList& found) const = 0;
-    /// Once for the whole material, candidates in order of slot: keeps in `candidates` those to cut. Default: all.
-    virtual void decide(const Block<Real>& all, CandidateList& candidates) const;
+    /// Once for the whole material, when screening found something, in order of slot: puts the bonds to cut into `cuts`,
+    /// which is empty; either direction of a bond will do. Default: all that was found.
+    virtual void decide(const Block<Real>& all, std::span<const BondCandidate> found,
+                        std::vector<BondCandidate>& cuts) const;
 };
 
 extern template class FractureCriterion<float>;

@@ -65,6 +65,7 @@ struct ModelContext {
     double grid_spacing = 0;      ///< dx [m]
     std::uint32_t dimension = 3;  ///< of the material's bodies: 3 solids, 2 sheets, 1 strands
     double across = 1;            ///< what a particle spans across its body: 1, thickness [m], cross-section [m^2]
+    double opening_energy = 0;    ///< criteria: LawNeeds::opening_energy of the material's law [J/m^2]
 };
 
 /// Read access for a model's constructor. A key that the model's table does not declare is a programming error.

@@ -44,6 +44,8 @@ public:
           lattice_{p.context()},
           weights_{surface_of(p), lattice_.sum_of_modulus(), lattice_sum(influence_.reach(), p.context(), influence_),
                    influence_},
+          opening_energy_{peridynamics::opening_energy(influence_.reach(), p.context(), influence_,
+                                                       lattice_.sum_of_modulus() * moduli_.sum() / 2)},
           flow_{p, moduli_.sum(), moduli_.lambda} {
         declare_fields(surface_of(p));
     }
@@ -53,7 +55,8 @@ public:
                    .reports_stretch = true,
                    .horizon = influence_.reach(),
                    .rounds = 2,
-                   .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()}};
+                   .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
+                   .opening_energy = opening_energy_};
         n.particle_state = kept(particle_fields_);
         n.bond_state = kept(bond_fields_);
         return n;
@@ -257,6 +260,7 @@ private:
     Form form_;
     SpringLattice lattice_;
     FamilyWeights<Real> weights_;
+    double opening_energy_;
     Flow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_;
     BondFields at_;

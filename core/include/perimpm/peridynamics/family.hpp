@@ -107,14 +107,15 @@ Real stretch_of(Real relative_extension) {
                                   : std::numeric_limits<Real>::infinity();
 }
 
-/// sum of value(|X|) V over the full family on the lattice that the material's bodies have: cubic, square, or along a line.
+/// sum of value(|X|) V over the full family on the lattice that the material's bodies have: cubic, square, or along a line;
+/// of its neighbours in the layers from `first` on along the lattice's first axis.
 template <class Value>
-double lattice_sum(double horizon, const ModelContext& c, Value value) {
+double lattice_sum(double horizon, const ModelContext& c, Value value, int first = std::numeric_limits<int>::min()) {
     const double h = c.particle_spacing;
     const int reach = static_cast<int>(horizon / h) + 1, wide = c.dimension > 1 ? reach : 0,
               deep = c.dimension > 2 ? reach : 0;
     double sum = 0;
-    for (int i = -reach; i <= reach; ++i)
+    for (int i = std::max(-reach, first); i <= reach; ++i)
         for (int j = -wide; j <= wide; ++j)
             for (int k = -deep; k <= deep; ++k) {
                 const double length = h * std::sqrt(double(i * i + j * j + k * k));
@@ -124,6 +125,24 @@ double lattice_sum(double horizon, const ModelContext& c, Value value) {
                 sum += share;
             }
     return sum;
+}
+
+/*! Energy per area of a plane midway between two layers of the lattice, all bonds across it stretched by s and no others, over
+    s^2 [J/m^2]: LawNeeds::opening_energy. In the family of a particle k layers away the share r_k of the weights is stretched;
+    its energy density is s^2 (linear r_k + quadratic r_k^2), hence
+      (1) G/s^2 = 2 h sum_k (linear r_k + quadratic r_k^2)
+    For springs this is (Silling & Askari 2005, eq. 26) summed over the lattice. For the linear peridynamic solid in the
+    limit of many neighbours, weights w x^2 = x, it is (3 mu + (26/45) (K - 5 mu/3)) delta; the (3/4)^4 that is often
+    printed in place of 26/45 is not its integral. */
+template <class Weight>
+double opening_energy(double horizon, const ModelContext& c, Weight weight, double linear, double quadratic = 0) {
+    const double whole = lattice_sum(horizon, c, weight);
+    double energy = 0;
+    for (int k = 0; k * c.particle_spacing < horizon; ++k) {
+        const double share = lattice_sum(horizon, c, weight, k + 1) / whole;
+        energy += 2 * c.particle_spacing * (linear * share + quadratic * share * share);
+    }
+    return energy;
 }
 
 /*! Springs of weight w along bonds, on average over all directions of a family that fills d dimensions: solids 3, sheets 2,

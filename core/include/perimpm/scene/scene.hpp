@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "perimpm/geometry/patch.hpp"
 #include "perimpm/geometry/shape.hpp"
 #include "perimpm/plugin/registry.hpp"
 #include "perimpm/scene/reader.hpp"
@@ -52,6 +53,7 @@ struct MaterialSpec {
     double density;  ///< [kg/m^3]
     ModelSpec law;
     ModelSpec criterion;  ///< params null: nothing breaks
+    bool crack_surface_on_grid = false;
 };
 
 struct BodySpec {
@@ -83,6 +85,14 @@ struct ColliderSpec {
     Vec3 velocity;          ///< [m/s]
     Vec3 angular_velocity;  ///< [rad/s] about `pivot`, which moves with `velocity`
     Vec3 pivot;             ///< [m]
+    Value source;
+};
+
+/// A cut through bodies that is there from the start.
+struct CrackSpec {
+    std::string name;
+    Patch patch;
+    std::optional<std::uint32_t> body;  ///< index; absent: any
     Value source;
 };
 
@@ -118,6 +128,7 @@ struct Scene {
     std::vector<BodySpec> bodies;
     std::vector<ColliderSpec> colliders;
     std::vector<ConditionSpec> conditions;
+    std::vector<CrackSpec> cracks;
     OutputSpec output;
     Value source;
 };

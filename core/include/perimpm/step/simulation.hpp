@@ -28,6 +28,14 @@ struct Ledger {
     std::array<double, 3> momentum, angular_momentum;
 };
 
+/// A piece of matter: particles that live bonds join, or a whole body where nothing can break.
+struct Fragment {
+    std::uint32_t id = 0;  ///< the least id of its particles
+    std::uint64_t particles = 0;
+    double mass = 0;                                   ///< [kg]
+    std::array<double, 3> center = {}, velocity = {};  ///< of the mass [m], [m/s]
+};
+
 struct PassTime {
     std::string name;
     std::uint64_t calls;
@@ -77,6 +85,10 @@ public:
     const Plan& plan() const;
     Ledger ledger() const;
     std::vector<PassTime> pass_times() const;
+    /// The pieces that the scene consists of now, ascending by id.
+    std::vector<Fragment> fragments() const;
+    /// Whether bonds of this scene can break.
+    bool can_break() const;
 
     /// Names of the fields that exist, for all particles or those of one material (its state fields included).
     std::vector<std::string> fields(const std::string& material = "") const;

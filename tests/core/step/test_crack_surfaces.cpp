@@ -1,0 +1,71 @@
+// kBox cut in two: particles within the horizon of the cut move by their own forces.
+#include "perimpm/error.hpp"
+#include "support/catch.hpp"
+#include "support/message.hpp"
+#include "support/world.hpp"
+
+using namespace perimpm;
+
+namespace {
+
+bool free_particle(const World<double>& w, std::size_t p) { return w.materials[0].bonds.damage[p] > 0; }
+
+}  // namespace
+
+TEST_CASE("crack surfaces: their particles are not on the grid, all others are", "[step]") {
+    const auto w = box_world({kBonds, kCrack});
+    double on_grid = 0;
+    for (std::size_t p = 0; p < w->count; ++p) on_grid += free_particle(*w, p) ? 0 : w->mass[p];
+    REQUIRE(on_grid > 0);
+    REQUIRE(on_grid < 60);  // of 64 kg
+    compute_bond_forces(*w);
+    scatter(*w);
+    CHECK_THAT(node_sums(*w)[3], WithinRel(on_grid, 1e-12));
+    const auto kept = box_world({kBonds, kCrack, kOnGrid});
+    compute_bond_forces(*kept);
+    scatter(*kept);
+    CHECK_THAT(node_sums(*kept)[3], WithinRel(64.0, 1e-12));
+}
+
+TEST_CASE("crack surfaces: each particle once, by its force, gravity and damping", "[step]") {
+    const auto w = box_world({kBonds, kCrack, "simulation.gravity=[0, -10, 0]", "simulation.damping=3.0"});
+    w->motion.dt = w->dt;
+    for (std::size_t p = 0; p < w->count; ++p) {
+        w->v[0][p] = 1;
+        w->materials[0].force[2][p] = 7;
+    }
+    const auto before = w->x[0][0];
+    move_crack_surfaces(*w);
+    const double decay = std::exp(-3.0 * w->dt);
+    for (std::size_t p = 0; p < w->count; ++p) {
+        const Vec3 expected = decay * Vec3(1, -10 * w->dt, 7 * w->dt / w->mass[p]);
+        CHECK((at(w->v, p) - (free_particle(*w, p) ? expected : Vec3(1, 0, 0))).norm() < 1e-12);
+    }
+    CHECK_THAT(w->x[0][0], WithinRel(before + (free_particle(*w, 0) ? w->dt * decay : 0.0), 1e-12));
+    CHECK_THAT(w->max_speed, WithinRel(decay * Vec3(1, 10 * w->dt, 7 * w->dt / w->mass[0]).norm(), 1e-9));
+}
+
+TEST_CASE("crack surfaces: faces of the domain stop them", "[step]") {
+    const auto w =
+        box_world({kBonds, kCrack, R"(grid.domain={ min = [-1, -1, 0], max = [1, 1, 1], faces = "separate" })"});
+    for (std::size_t p = 0; p < w->count; ++p) w->v[2][p] = -0.03 / w->dt;  // through the face z = 0, for the nearest
+    move_crack_surfaces(*w);
+    for (std::size_t p = 0; p < w->count; ++p)
+        if (free_particle(*w, p)) CHECK(w->x[2][p] > 0);
+}
+
+TEST_CASE("crack surfaces: the step is what their bonds allow, once there are any", "[step]") {
+    const auto whole = box_world({kBonds, kNeverBreaks}), cut = box_world({kBonds, kCrack});
+    CHECK(std::isfinite(whole->crack_bound));
+    CHECK(time_step_bound(*cut, cut->wave_speed) ==
+          std::min(cut->crack_bound, time_step_bound(*whole, whole->wave_speed)));
+    CHECK(time_step_bound(*box_world({kBonds, kCrack, kOnGrid}), cut->wave_speed) ==
+          time_step_bound(*whole, whole->wave_speed));
+}
+
+TEST_CASE("crack surfaces: a speed that is not finite ends the run", "[step]") {
+    const auto w = box_world({kBonds, kCrack});
+    for (std::size_t p = 0; p < w->count; ++p) w->materials[0].force[1][p] = std::nan("");
+    CHECK(
+        contains(message_of<SimulationError>([&] { move_crack_surfaces(*w); }), "crack surfaces are no longer finite"));
+}
