@@ -285,6 +285,7 @@ void build_world(World<Real>& w) {
         std::vector<Vec3> X;
         std::vector<std::size_t> begins{0};
         for (const BodySample& body : bodies) {
+            m.bodies.push_back(static_cast<std::uint32_t>(X.size()));
             const std::uint32_t first_id = w.body_begin[static_cast<std::size_t>(body.spec - w.scene.bodies.data())];
             for (const std::uint32_t p : morton_order(body.points, body.spacing)) {
                 const Vec3& x = body.points[p];

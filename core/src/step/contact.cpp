@@ -10,77 +10,60 @@ namespace {
 
 constexpr double kSkin = 0.5;  ///< spacings: how much farther pairs are looked for than they act
 
-struct Pair {
-    std::uint32_t first, second;
-    double reach, stiffness;
-    friend bool operator<(const Pair& a, const Pair& b) {
-        return a.first != b.first ? a.first < b.first : a.second < b.second;
-    }
-};
+using Cell = std::array<std::int64_t, 3>;
 
-/// Crack-surface particles by cubic cells, in a hash table.
 template <class Real>
-class CellTable {
-public:
-    CellTable(const World<Real>& w, double width) : w_{w}, width_{width} {
-        for (const Material<Real>& m : w.materials)
-            for (std::size_t p = 0; p < m.size; ++p)
-                if (m.is_free(p)) particle_.push_back(static_cast<std::uint32_t>(m.begin + p));
-        std::size_t buckets = 64;
-        while (buckets < 2 * particle_.size()) buckets *= 2;
-        mask_ = buckets - 1;
-        first_.assign(buckets, kNone), next_.resize(particle_.size()), key_.resize(particle_.size());
-        near_.assign(8 * buckets, 0);
-        for (std::size_t k = particle_.size(); k-- > 0;) {  // chains ascend
-            const Cell home = cell(particle_[k]);
-            key_[k] = key(home);
-            std::uint32_t& chain = first_[hash(key_[k]) & mask_];
-            next_[k] = chain, chain = static_cast<std::uint32_t>(k);
-            for_each_around(home, [&](std::uint64_t around) { near_[hash(around) & (8 * mask_ + 7)] = 1; });
-        }
-    }
+Cell cell_of(const World<Real>& w, std::size_t p, double width) {
+    Cell c;
+    for (std::size_t a = 0; a < 3; ++a)
+        c[a] = static_cast<std::int64_t>(std::floor(static_cast<double>(w.x[a][p]) / width));
+    return c;
+}
 
-    /// Calls body(crack-surface particle) for those in the 27 cells around a particle.
-    template <class Body>
-    void for_each_near(std::size_t particle, Body body) const {
-        const Cell home = cell(particle);
-        if (!near_[hash(key(home)) & (8 * mask_ + 7)]) return;
-        for_each_around(home, [&](std::uint64_t around) {
-            for (std::uint32_t k = first_[hash(around) & mask_]; k != kNone; k = next_[k])
-                if (key_[k] == around) body(particle_[k]);
-        });
-    }
+/// 21 bits per axis: cells that far apart do not meet in one search.
+std::uint64_t key_of(const Cell& c) {
+    constexpr std::uint64_t low = (1u << 21) - 1;
+    return (static_cast<std::uint64_t>(c[0]) & low) << 42 | (static_cast<std::uint64_t>(c[1]) & low) << 21 |
+           (static_cast<std::uint64_t>(c[2]) & low);
+}
+/// Its upper bits depend on all bits of the key.
+std::uint64_t hash(std::uint64_t key) { return (key * 0x9e3779b97f4a7c15u) >> 38; }
 
-private:
-    using Cell = std::array<std::int64_t, 3>;
-    static constexpr std::uint32_t kNone = 0xffffffff;
-    Cell cell(std::size_t p) const {
-        Cell c;
-        for (std::size_t a = 0; a < 3; ++a)
-            c[a] = static_cast<std::int64_t>(std::floor(static_cast<double>(w_.x[a][p]) / width_));
-        return c;
-    }
-    /// 21 bits per axis: cells that far apart do not meet in one search.
-    static std::uint64_t key(const Cell& c) {
-        constexpr std::uint64_t low = (1u << 21) - 1;
-        return (static_cast<std::uint64_t>(c[0]) & low) << 42 | (static_cast<std::uint64_t>(c[1]) & low) << 21 |
-               (static_cast<std::uint64_t>(c[2]) & low);
-    }
-    static std::uint64_t hash(std::uint64_t k) { return (k * 0x9e3779b97f4a7c15u) >> 24; }
-    template <class Body>
-    static void for_each_around(const Cell& c, Body body) {
-        for (std::int64_t i = -1; i <= 1; ++i)
-            for (std::int64_t j = -1; j <= 1; ++j)
-                for (std::int64_t k = -1; k <= 1; ++k) body(key({c[0] + i, c[1] + j, c[2] + k}));
-    }
+template <class Body>
+void for_each_around(const Cell& c, Body body) {
+    for (std::int64_t i = -1; i <= 1; ++i)
+        for (std::int64_t j = -1; j <= 1; ++j)
+            for (std::int64_t k = -1; k <= 1; ++k) body(key_of({c[0] + i, c[1] + j, c[2] + k}));
+}
 
-    const World<Real>& w_;
-    double width_;
-    std::size_t mask_ = 0;
-    std::vector<std::uint32_t> particle_, first_, next_;
-    std::vector<std::uint64_t> key_;
-    std::vector<char> near_;  ///< by hash: whether a crack-surface particle may be around
-};
+/// Marks the cells around crack surfaces, then lists the particles in them, in order of storage, and chains them by cell.
+template <class Real>
+void fill_cells(World<Real>& w, ContactCells& cells, double width) {
+    std::size_t free = 0;
+    for (const Material<Real>& m : w.materials)
+        for (std::size_t p = 0; p < m.size; ++p) free += m.is_free(p);
+    std::size_t buckets = 1024;
+    while (buckets < 8 * free) buckets *= 2;
+    cells.mask = buckets - 1, cells.width = width;
+    cells.near.assign(buckets, 0), cells.first.assign(buckets, ContactCells::kNone);
+    for (const Material<Real>& m : w.materials)
+        for (std::size_t p = 0; p < m.size; ++p)
+            if (m.is_free(p))
+                for_each_around(cell_of(w, m.begin + p, width),
+                                [&](std::uint64_t key) { cells.near[hash(key) & cells.mask] = 1; });
+    cells.particle.clear(), cells.key.clear();
+    for (std::size_t p = 0; p < w.count; ++p) {
+        const std::uint64_t key = key_of(cell_of(w, p, width));
+        if (!cells.near[hash(key) & cells.mask]) continue;
+        cells.particle.push_back(static_cast<std::uint32_t>(p));
+        cells.key.push_back(key);
+    }
+    cells.next.resize(cells.particle.size());
+    for (std::size_t k = cells.particle.size(); k-- > 0;) {  // chains ascend
+        std::uint32_t& chain = cells.first[hash(cells.key[k]) & cells.mask];
+        cells.next[k] = chain, chain = static_cast<std::uint32_t>(k);
+    }
+}
 
 template <class Real>
 const Material<Real>& material_of(const World<Real>& w, std::size_t particle) {
@@ -88,48 +71,71 @@ const Material<Real>& material_of(const World<Real>& w, std::size_t particle) {
                          [&](const Material<Real>& m) { return particle < m.begin + m.size; });
 }
 
-/// What acts between two particles; no stiffness where a bond joins them. Particles that were bonded repel each other below
-/// their distance at the start at most: a crack that has not opened pushes nothing.
+/// Whether a bond joins two particles of a body, `apart` from each other at the start. Only bonds whose ends have both lost
+/// some can be broken.
 template <class Real>
-Pair contact_of(const Material<Real>& m, std::size_t p, const Material<Real>& n, std::size_t q) {
-    Pair pair{static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(q), 0.5 * (m.spacing + n.spacing),
-              2 * m.contact_stiffness * n.contact_stiffness / (m.contact_stiffness + n.contact_stiffness)};
-    if (&m != &n) return pair;
+bool bonded(const Material<Real>& m, std::uint32_t p, std::uint32_t q, double apart) {
+    constexpr double kRounding = 1e-5;
+    if (apart > m.needs.horizon * (1 + kRounding)) return false;
+    const std::uint32_t* damage = m.bonds.damage.data();
+    const std::uint32_t* row = m.bonds.row.data();
+    if (damage[p] == 0 || damage[q] == 0) return true;
+    if (damage[p] == row[p + 1] - row[p] || damage[q] == row[q + 1] - row[q]) return false;
+    const std::uint32_t* end = m.bonds.neighbour.data() + row[p + 1];
+    const std::uint32_t* found = std::lower_bound(m.bonds.neighbour.data() + row[p], end, q);
+    return found != end && *found == q &&
+           !m.bonds.is_broken(static_cast<std::uint32_t>(found - m.bonds.neighbour.data()));
+}
+
+template <class Real>
+Vec3 place_of(const World<Real>& w, std::size_t p) {
+    return {static_cast<double>(w.x[0][p]), static_cast<double>(w.x[1][p]), static_cast<double>(w.x[2][p])};
+}
+template <class Real>
+Vec3 start_of(const Material<Real>& m, std::uint32_t p) {
+    const Real* X = m.reference.data() + 4 * std::size_t{p};
+    return {static_cast<double>(X[0]), static_cast<double>(X[1]), static_cast<double>(X[2])};
+}
+
+/// Distance below which two particles repel each other [m]; 0 where a bond joins them. Particles that were bonded repel each
+/// other below their distance at the start at most: a crack that has not opened pushes nothing.
+template <class Real>
+double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n, std::size_t q) {
+    const double touching = 0.5 * (m.spacing + n.spacing);
+    if (&m != &n) return touching;
     const auto own = static_cast<std::uint32_t>(p - m.begin), other = static_cast<std::uint32_t>(q - m.begin);
-    const std::uint32_t* end = m.bonds.neighbour.data() + m.bonds.row[own + 1];
-    const std::uint32_t* found = std::lower_bound(m.bonds.neighbour.data() + m.bonds.row[own], end, other);
-    if (found == end || *found != other) return pair;
-    const auto slot = static_cast<std::uint32_t>(found - m.bonds.neighbour.data());
-    pair.reach = std::min(pair.reach, static_cast<double>(m.length[slot]));
-    if (!m.bonds.is_broken(slot)) pair.stiffness = 0;
-    return pair;
+    if (!m.has_bonds() || !m.same_body(own, other)) return touching;
+    const double apart = (start_of(m, other) - start_of(m, own)).norm();
+    return bonded(m, own, other, apart) ? 0 : std::min(touching, apart);
 }
 
+/// What particle p may touch: anything if it is at a crack's surface, else what is.
 template <class Real>
-double distance(const World<Real>& w, std::size_t p, std::size_t q) {
-    double sum = 0;
-    for (int c = 0; c < 3; ++c) {
-        const double d = static_cast<double>(w.x[c][p]) - static_cast<double>(w.x[c][q]);
-        sum += d * d;
-    }
-    return std::sqrt(sum);
-}
-
-/// Pairs of the chunk's particles with crack-surface particles; with those of its own that are on the grid, both ways.
-template <class Real>
-void find_pairs(const World<Real>& w, const Material<Real>& m, const CellTable<Real>& cells, const Block<Real>& b,
-                double skin, std::vector<Pair>& found) {
-    for (std::size_t p = m.begin + b.first; p < m.begin + b.first + b.size; ++p)
-        cells.for_each_near(p, [&](std::size_t q) {
-            if (p == q) return;
+void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<Real>& found) {
+    const ContactCells& cells = w.contact.cells;
+    const Material<Real>& m = material_of(w, p);
+    const bool any = m.is_free(p - m.begin);
+    const Vec3 at = place_of(w, p);
+    const std::size_t before = found.other.size();
+    for_each_around(cell_of(w, p, cells.width), [&](std::uint64_t key) {
+        for (std::uint32_t k = cells.first[hash(key) & cells.mask]; k != ContactCells::kNone; k = cells.next[k]) {
+            const std::size_t q = cells.particle[k];
+            if (cells.key[k] != key || q == p) continue;
             const Material<Real>& n = material_of(w, q);
-            const double apart = distance(w, p, q);
-            if (apart >= 0.5 * (m.spacing + n.spacing) + skin) return;
-            const Pair pair = contact_of(m, p, n, q);
-            if (pair.stiffness == 0) return;
-            found.push_back(pair);
-            if (!m.is_free(p - m.begin)) found.push_back({pair.second, pair.first, pair.reach, pair.stiffness});
-        });
+            if (!any && !n.is_free(q - n.begin)) continue;
+            const double near = 0.5 * (m.spacing + n.spacing) + skin;
+            if ((place_of(w, q) - at).squaredNorm() >= near * near) continue;
+            const double reach = reach_of(m, p, n, q);
+            if (reach == 0) continue;
+            found.other.push_back(static_cast<std::uint32_t>(q));
+            found.reach.push_back(static_cast<Real>(reach));
+            found.stiffness.push_back(static_cast<Real>(2 * m.contact_stiffness * n.contact_stiffness /
+                                                        (m.contact_stiffness + n.contact_stiffness)));
+        }
+    });
+    if (found.other.size() == before) return;
+    found.particle.push_back(static_cast<std::uint32_t>(p));
+    found.count.push_back(static_cast<std::uint32_t>(found.other.size() - before));
 }
 
 template <class Real>
@@ -139,27 +145,31 @@ double widest_spacing(const World<Real>& w) {
     return widest;
 }
 
+template <class T>
+void append(std::vector<T>& all, const std::vector<T>& part) {
+    all.insert(all.end(), part.begin(), part.end());
+}
+
 template <class Real>
 void list_pairs(World<Real>& w) {
-    const double widest = widest_spacing(w), skin = kSkin * widest;
-    const CellTable<Real> cells(w, widest + skin);
-    std::vector<Pair> all;
-    for (Material<Real>& m : w.materials) {
-        std::vector<std::vector<Pair>> found(m.chunks());
-        for_each_chunk(w, m, [&](std::size_t c, Block<Real>& b) { find_pairs(w, m, cells, b, skin, found[c]); });
-        for (const std::vector<Pair>& part : found) all.insert(all.end(), part.begin(), part.end());
-    }
-    std::sort(all.begin(), all.end());
     ContactPairs<Real>& list = w.contact;
+    const double widest = widest_spacing(w), skin = kSkin * widest;
+    fill_cells(w, list.cells, widest + skin);
+    const std::size_t candidates = list.cells.particle.size(), chunks = (candidates + kChunk - 1) / kChunk;
+    if (list.found.size() < chunks) list.found.resize(chunks);
+    w.threads.run(chunks, [&](std::size_t chunk) {
+        ContactFinds<Real>& found = list.found[chunk];
+        found.clear();
+        for (std::size_t k = chunk * kChunk; k < std::min(candidates, (chunk + 1) * kChunk); ++k)
+            find_pairs(w, list.cells.particle[k], skin, found);
+    });
     list.particle.clear(), list.row.clear(), list.other.clear(), list.reach.clear(), list.stiffness.clear();
-    for (const Pair& pair : all) {
-        if (list.particle.empty() || list.particle.back() != pair.first) {
-            list.particle.push_back(pair.first);
-            list.row.push_back(static_cast<std::uint32_t>(list.other.size()));
-        }
-        list.other.push_back(pair.second);
-        list.reach.push_back(static_cast<Real>(pair.reach));
-        list.stiffness.push_back(static_cast<Real>(pair.stiffness));
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+        const ContactFinds<Real>& found = list.found[chunk];
+        auto row = static_cast<std::uint32_t>(list.other.size());
+        for (const std::uint32_t count : found.count) list.row.push_back(row), row += count;
+        append(list.particle, found.particle), append(list.other, found.other);
+        append(list.reach, found.reach), append(list.stiffness, found.stiffness);
     }
     list.row.push_back(static_cast<std::uint32_t>(list.other.size()));
     list.valid = true, list.moved = 0, list.generation = w.generation;

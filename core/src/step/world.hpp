@@ -65,6 +65,7 @@ struct Material {
     ModelPtr<FractureCriterion, Real> criterion;  ///< null: nothing breaks
     std::size_t begin = 0, size = 0;
     std::uint32_t number = 0;           ///< in the scene
+    std::vector<std::uint32_t> bodies;  ///< first particle of each, within the material
     double spacing = 0;                 ///< of its particles [m]
     double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
     bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
@@ -87,6 +88,11 @@ struct Material {
 
     bool has_bonds() const { return needs.bonds; }
     bool can_break() const { return !bonds.broken.empty(); }
+    /// Of bond laws: whether two particles, counted within the material, are of one body.
+    bool same_body(std::uint32_t p, std::uint32_t q) const {
+        const auto body = [&](std::uint32_t n) { return std::upper_bound(bodies.begin(), bodies.end(), n); };
+        return bodies.size() == 1 || body(p) == body(q);
+    }
     /// Whether particle p, counted within the material, moves by its own forces instead of with the grid.
     bool is_free(std::size_t p) const { return frees_crack_surfaces && bonds.damage[p] > 0; }
     std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }

@@ -57,7 +57,8 @@ public:
     FamilyWeights(Surface surface, double total, double full_sum, Weight weight)
         : surface_{surface}, total_{total}, full_sum_{full_sum}, weight_{std::move(weight)} {}
 
-    /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them.
+    /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them, and a
+    /// family that has weights keeps them.
     void initialise(Block<Real>& b, std::uint32_t round, const WeightFields& fields) const {
         for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? normalise(b, i, fields) : add_both_ends(b, i, fields);
     }
@@ -77,14 +78,14 @@ private:
 
     void normalise(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
         const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
+        Real& kept = b.particle_state[fields.normalisation][0][i];
+        if (kept != 0) return;
         double sum = surface_ == Surface::none ? full_sum_ : 0;
         for (std::uint32_t slot = begin; slot < end && surface_ != Surface::none; ++slot)
             sum += weight_(length(b, slot)) * volume(b, slot);
         const double factor = sum > 0 ? total_ / sum : 0;
-        Real& kept = b.particle_state[fields.normalisation][0][i];
-        const bool known = kept != 0 && b.family.damage && b.family.damage[i] > 0;  // bonds broke, weights stay
         kept = static_cast<Real>(factor);
-        if (fields.own < 0 || known) return;
+        if (fields.own < 0) return;
         Real* own = b.bond_state[fields.own];
         for (std::uint32_t slot = begin; slot < end; ++slot)
             own[slot] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
@@ -108,7 +109,9 @@ private:
 
     void add_both_ends(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
         const Field<Real>& factor = b.family_state[fields.normalisation];
-        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
+        const std::uint32_t first = b.family.row[i];
+        if (first == b.family.row[i + 1] || b.bond_state[fields.stiffness][first] != 0) return;
+        for (std::uint32_t slot = first; slot < b.family.row[i + 1]; ++slot) {
             double both;
             if (surface_ == Surface::moment) {
                 const Real* own = b.bond_state[fields.own];
