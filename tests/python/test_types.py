@@ -15,7 +15,7 @@ pytest.importorskip("mypy")
 #: pybind11's own metaclass, and the constructors of classes that only C++ makes: stubs cannot say either.
 ALLOWED = r"""
 perimpm\._core\.[A-Z]\w*(\.[A-Z]\w*)?
-perimpm\._core\.(FamilyStiffness|Ledger|MeasuredStiffness|Model|Param|PassTime|Plan|Progress|Relaxation|Section)\.__init__
+perimpm\._core\.(FamilyStiffness|Fragment|Ledger|MeasuredStiffness|Model|Param|PassTime|Plan|Progress|Relaxation|Section)\.__init__
 perimpm\._core\.Plan\.[A-Z]\w*\.__init__
 """
 

@@ -143,7 +143,7 @@ def test_critical_stretch_adds_its_own_only() -> None:
     tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.9}
     seen = probe(tree)
     assert set(seen.libraries) - set(plain.libraries) == {"critical_stretch.so"}
-    assert set(seen.fields) - set(plain.fields) == {"broken_bonds"}
+    assert set(seen.fields) - set(plain.fields) == {"broken_bonds", "damage"}
     assert set(seen.arrays) - set(plain.arrays) == {"m.bonds.broken"}
     assert set(seen.passes) - set(plain.passes) == {"fracture"}
     for part in ("libraries", "fields", "arrays", "passes"):

@@ -63,8 +63,10 @@ public:
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
+        const Real* factor = b.particle_state[kNormalisation][0];
+        for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
+            if (factor[i] == 0 || !b.family.damage || b.family.damage[i] > 0) set_moments(b, i);  // as at the start, else
         weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
-        for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i) set_moments(b, i);
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
     }
