@@ -47,6 +47,14 @@ def breaking(transfer: str) -> Tree:
     return tree
 
 
+def pieces() -> Tree:
+    """Cut along planes, beside bodies that stay whole: crack surfaces touch all of them."""
+    tree = mixed()
+    for name in ("b", "c"):
+        tree["material"][name]["fracture"] = {"type": "plane_cut", "threshold": 0.03}
+    return tree
+
+
 COMMON = ["x", "v", "id"]
 SCENES = {
     "fixed_corotated": lambda: thrown(block_of(LOCAL), [*COMMON, "F", "C"], collider=[FLOOR]),
@@ -59,6 +67,7 @@ SCENES = {
     "pd_bond without grid": lambda: thrown(block_of(PD_BOND, transfer={"type": "particle"}), COMMON, collider=[FLOOR]),
     "mixed, colliders": lambda: thrown(mixed(), [*COMMON, "body"], collider=[FLOOR, BALL]),
     "fracture": lambda: thrown(breaking("apic"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
+    "plane_cut, other bodies": lambda: thrown(pieces(), [*COMMON, "fragment"], collider=[FLOOR, BALL]),
     "fracture without grid": lambda: thrown(breaking("particle"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
 }
 
