@@ -10,6 +10,7 @@ namespace perimpm::python {
 
 namespace py = pybind11;
 
+void bind_geometry(py::module_& m);
 void bind_registry(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_particles(py::module_& m);

@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, m) {
         "The scene, a file, a plugin or an argument is wrong; the text names place, cause and remedy.");
     bind_error<SimulationError>(m, "SimulationError", PyExc_RuntimeError,
                                 "The simulation itself failed: a NaN, a particle that left the domain.");
+    bind_geometry(m);
     bind_registry(m);
     bind_scene(m);
     bind_particles(m);

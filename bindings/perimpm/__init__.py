@@ -11,6 +11,7 @@ from .describe import Description, describe, plugins
 from .explain import explain
 from .particles import Particles
 from .simulation import Simulation
+from .surfaces import surfaces
 
 __all__ = [
     "Description",
@@ -22,4 +23,5 @@ __all__ = [
     "describe",
     "explain",
     "plugins",
+    "surfaces",
 ]

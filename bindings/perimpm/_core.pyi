@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 __version__: str
@@ -258,6 +259,9 @@ class Simulation:
     @property
     def pass_times(self) -> list[PassTime]: ...
 
+def surface_around(
+    x: npt.NDArray[np.floating[Any]], spacing: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]: ...
 def scene_reference() -> list[Section]: ...
 def open_model(name: str, known: Sequence[str] = ...) -> Model: ...
 def installed() -> list[tuple[str, str, str]]: ...

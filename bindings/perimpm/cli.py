@@ -72,6 +72,13 @@ def _render(args: argparse.Namespace) -> None:
         print(path)
 
 
+def _surface(args: argparse.Namespace) -> None:
+    from .surfaces import surfaces
+
+    for path in surfaces(args.folder, by=args.by, frames=args.frames, every=args.every, output=args.output):
+        print(path)
+
+
 def _bench(args: argparse.Namespace) -> None:
     from .bench.throughput import throughput
 
@@ -125,6 +132,7 @@ def _parser() -> argparse.ArgumentParser:
     verb.set_defaults(action=_describe)
 
     _add_render(verbs.add_parser("render", help="make pictures and an animation from frames"))
+    _add_surface(verbs.add_parser("surface", help="write the surface of every body or fragment as OBJ, frame by frame"))
     _add_bench(verbs.add_parser("bench", help="measure speed"))
     return parser
 
@@ -137,6 +145,15 @@ def _add_render(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--every", type=_positive, default=1, metavar="N", help="every N-th frame")
     verb.add_argument("-o", "--output", metavar="DIR", help="folder for the pictures; default: DIR/pictures")
     verb.set_defaults(action=_render)
+
+
+def _add_surface(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("folder", metavar="DIR", help="folder of a run")
+    verb.add_argument("--by", metavar="FIELD", help="an object per value of this field; default: fragment, else body")
+    verb.add_argument("--frames", type=_range, metavar="A-B", help="only these frames")
+    verb.add_argument("--every", type=_positive, default=1, metavar="N", help="every N-th frame")
+    verb.add_argument("-o", "--output", metavar="DIR", help="folder for the meshes; default: DIR/surfaces")
+    verb.set_defaults(action=_surface)
 
 
 def _add_bench(verb: argparse.ArgumentParser) -> None:

@@ -231,6 +231,41 @@ def test_no_branching_under_a_low_load() -> None:
     assert all(branches(damage(sim), X, x, 0.25e-3) <= 1 for x in np.arange(0.052, 0.0951, 0.001))
 
 
+def cantilever_opening(law: Tree, crack: float, spacing: float) -> float:
+    """D7: arms of 6 mm, 10 mm thick, E = 70 GPa, pulled apart by 100 N at their ends; how far these open [m]."""
+    arm, length = 6e-3, 80e-3
+    apart = [
+        {"shape": box([-1, arm, -1], [spacing, 1, 1]), "force": [0, 100.0, 0]},
+        {"shape": box([-1, -1, -1], [spacing, arm, 1]), "force": [0, -100.0, 0]},
+        {"shape": box([length - 2 * spacing, -1, -1], [1, 1, 1]), "clamped": True},
+    ]
+    stiff = law | {"youngs_modulus": 70e9, "horizon": 3.015}
+    plate = sheet(length, 2 * arm)
+    tree = scene(stiff, plate, spacing, transfer={"type": "particle"}, condition=apart, crack=[cut(crack, arm)])
+    tree["body"][0]["thickness"] = 10e-3
+    sim = perimpm.Simulation(tree)
+    X = np.array(sim.particles["x"])
+    sim.relax(1e-5, 200_000)
+    moved, end = sim.particles["x"][:, 1] - X[:, 1], X[:, 0] < spacing
+    return float(np.mean(moved[end & (X[:, 1] > arm)]) - np.mean(moved[end & (X[:, 1] < arm)]))
+
+
+@pytest.mark.parametrize("law", [BOND, LPS | {"poisson_ratio": 0.33}], **NAMES)
+def test_double_cantilever(law: Tree) -> None:
+    """D7: the energy that 2 mm more of crack set free, G = P d(opening)/(2 b da), against beams P^2 a^2/(b E I) longer by
+    0.64 arm heights, since their roots turn."""
+    arm, width, young, load = 6e-3, 10e-3, 70e9, 100.0
+    inertia = width * arm**3 / 12
+    beams = load**2 * (51e-3 + 0.64 * arm) ** 2 / (width * young * inertia)
+    ratios = []
+    for spacing in (1e-3, 0.5e-3):
+        wider = cantilever_opening(law, 52e-3, spacing) - cantilever_opening(law, 50e-3, spacing)
+        ratios.append(load * wider / (2 * width * 2e-3) / beams)
+    print(f"\n{law['type']}: G over the beams' {ratios[0]:.3f} (6 spacings an arm), {ratios[1]:.3f} (12)")
+    assert abs(ratios[1] - 1) <= 0.2
+    assert abs(ratios[1] - 1) < abs(ratios[0] - 1)
+
+
 def test_out_of_reach_is_no_criterion() -> None:
     """A threshold of 1e25 changes nothing, bit for bit."""
     def end(fracture: Tree | None) -> Array:

@@ -16,4 +16,10 @@ LayerSample sample_mesh_surface(const std::string& file, const MeshPlacement& pl
     return sample;
 }
 
+TriangleMesh surface_around(const std::vector<Vec3>& points, double spacing) {
+    TriangleMesh mesh;
+    reinterpret_cast<SurfaceAround*>(open_module("mesh", "perimpm_surface_around"))(points, spacing, mesh);
+    return mesh;
+}
+
 }  // namespace perimpm

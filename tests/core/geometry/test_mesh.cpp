@@ -1,6 +1,8 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <numbers>
 #include <sstream>
 #include <thread>
 #include <vector>
@@ -239,4 +241,54 @@ TEST_CASE("make_mesh: cloth-thin meshes and unfit voxels are errors", "[geometry
     const std::string cube = folder.write("cube.obj", unit_cube());
     CHECK(contains(error_of(cube, 0.0), "voxel size is 0"));
     CHECK(contains(error_of(cube, 1e-4), "larger spacing"));
+}
+
+namespace {
+
+/// Enclosed by the divergence theorem, and whether every edge has two triangles of opposite direction.
+std::pair<double, bool> volume_of(const perimpm::TriangleMesh& mesh) {
+    double six_volumes = 0;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    for (const auto& t : mesh.triangles) {
+        six_volumes += mesh.points[t[0]].dot(mesh.points[t[1]].cross(mesh.points[t[2]]));
+        for (int k = 0; k < 3; ++k) {
+            const std::uint32_t a = t[static_cast<std::size_t>(k)], b = t[static_cast<std::size_t>((k + 1) % 3)];
+            edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+        }
+    }
+    const bool closed = std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; });
+    return {six_volumes / 6, closed};
+}
+
+}  // namespace
+
+TEST_CASE("surface_around: a lattice of particles has the volume of their cells", "[geometry][mesh]") {
+    for (const double spacing : {1.0, 0.01}) {
+        std::vector<Vec3> points;
+        for (int i = 0; i < 10; ++i)
+            for (int j = 0; j < 8; ++j)
+                for (int k = 0; k < 6; ++k) points.push_back(Vec3(3, -2, 50) + spacing * Vec3(i, j, k));
+        const perimpm::TriangleMesh mesh = perimpm::surface_around(points, spacing);
+        const auto [volume, closed] = volume_of(mesh);
+        CHECK(closed);
+        CHECK_THAT(volume / std::pow(spacing, 3), WithinRel(480.0, 0.05));  // edges are round
+        double highest = -1e9;
+        for (const Vec3& p : mesh.points) highest = std::max(highest, (p[0] - 3) / spacing);
+        CHECK_THAT(highest, WithinAbs(9.5, 0.15));
+    }
+}
+
+TEST_CASE("surface_around: a particle alone is a ball, two parts apart are two", "[geometry][mesh]") {
+    const auto [ball, closed] = volume_of(perimpm::surface_around({Vec3(1, 2, 3)}, 0.1));
+    CHECK(closed);
+    CHECK_THAT(ball, WithinRel(4.0 / 3 * std::numbers::pi * std::pow(0.05, 3), 0.25));
+    const auto [two, both] = volume_of(perimpm::surface_around({Vec3(1, 2, 3), Vec3(9, 2, 3)}, 0.1));
+    CHECK(both);
+    CHECK_THAT(two, WithinRel(2 * ball, 0.05));
+}
+
+TEST_CASE("surface_around: what has no surface", "[geometry][mesh]") {
+    CHECK(perimpm::surface_around({}, 0.1).triangles.empty());
+    CHECK(contains(message_of([] { perimpm::surface_around({Vec3::Zero()}, 0); }), "expected a positive length in m"));
+    CHECK(contains(message_of([] { perimpm::surface_around({Vec3(0, std::nan(""), 0)}, 1); }), "is not finite"));
 }

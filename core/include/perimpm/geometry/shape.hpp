@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -71,6 +72,16 @@ PERIMPM_API LayerSample sample_polyline(const std::vector<Vec3>& corners, double
 /// Opens the mesh module. Throws InputError for files as make_mesh does, and for triangles without area.
 PERIMPM_API LayerSample sample_mesh_surface(const std::string& file, const MeshPlacement& placement, double spacing,
                                             std::uint64_t seed);
+
+/// Triangles over shared points; counter-clockwise seen from outside. Metres.
+struct TriangleMesh {
+    std::vector<Vec3> points;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+/// The closed surface of the solid that particles at these places fill, `spacing` apart: half a spacing beyond the outermost.
+/// What is narrower than two spacings is filled. Opens the mesh module. Throws InputError for a spacing that is not positive
+/// and for places that are not finite.
+PERIMPM_API TriangleMesh surface_around(const std::vector<Vec3>& points, double spacing);
 
 /// Volume of the shape by quadrature of its signed distance on cells of `spacing` (partial cells counted linearly)
 /// [m^3].

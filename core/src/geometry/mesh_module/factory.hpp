@@ -13,4 +13,7 @@ using MakeMesh = Shape*(const std::string& file, const MeshPlacement& placement,
 using SampleMeshSurface = void(const std::string& file, const MeshPlacement& placement, double spacing,
                                std::uint64_t seed, LayerSample& sample);
 
+/// "perimpm_surface_around": fills `mesh` as surface_around() returns it.
+using SurfaceAround = void(const std::vector<Vec3>& points, double spacing, TriangleMesh& mesh);
+
 }  // namespace perimpm

@@ -10,6 +10,7 @@
 extern "C" {
 PERIMPM_API perimpm::MakeMesh perimpm_make_mesh;
 PERIMPM_API perimpm::SampleMeshSurface perimpm_sample_mesh_surface;
+PERIMPM_API perimpm::SurfaceAround perimpm_surface_around;
 PERIMPM_API const char* perimpm_module_versions();
 }
 
@@ -26,6 +27,10 @@ void perimpm_sample_mesh_surface(const std::string& file, const perimpm::MeshPla
     perimpm::check_triangles(mesh, file);
     perimpm::place(mesh, placement, file);
     sample = perimpm::sample_triangles(mesh, spacing, seed);
+}
+
+void perimpm_surface_around(const std::vector<perimpm::Vec3>& points, double spacing, perimpm::TriangleMesh& mesh) {
+    mesh = perimpm::enclose(points, spacing);
 }
 
 const char* perimpm_module_versions() {

@@ -10,12 +10,6 @@
 
 namespace perimpm {
 
-/// Triangles over shared points; counter-clockwise seen from outside. Metres.
-struct TriangleMesh {
-    std::vector<Vec3> points;
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-};
-
 /// Reads obj, ply, stl, gltf or glb; points at the same position become one. Throws InputError.
 TriangleMesh import_mesh(const std::string& file);
 
@@ -38,5 +32,8 @@ LayerSample sample_triangles(const TriangleMesh& mesh, double spacing, std::uint
 
 /// The level set as a shape. Throws InputError for a mesh thinner than a voxel and for too many voxels.
 std::unique_ptr<Shape> make_level_set(const TriangleMesh& mesh, double voxel_size, const std::string& file);
+
+/// See surface_around().
+TriangleMesh enclose(const std::vector<Vec3>& points, double spacing);
 
 }  // namespace perimpm
