@@ -68,6 +68,24 @@ def test_on_the_grid_halves_stick() -> None:
     assert relative < 0.9 * 2 * SPEED
 
 
+@pytest.mark.parametrize(("path", "sticks_to"), [("particle", 0), ("grid", 4)])
+def test_sticking_distance(path: str, sticks_to: int) -> None:
+    """How far halves must have opened before they no longer take velocity from each other: on the grid until no two particles
+    share a node, which are then three cells (6 spacings, a gap of 5) apart."""
+    reach = 0
+    for gap in range(7):
+        sim = cut_bar(crack_surface=path)
+        sim.particles["x"][sim.particles["x"][:, 0] > MIDDLE, 0] += gap * SPACING
+        sim.step(1)
+        right = throw(sim, [SPEED, 0, 0])
+        sim.step(10)
+        relative, _ = halves(sim, right)
+        print(f"\n{path}, gap {gap} h: relative velocity {relative / (2 * SPEED):.6f}", end="")
+        if abs(relative / (2 * SPEED) - 1) > 1e-6:
+            reach = gap
+    assert reach == sticks_to
+
+
 def test_halves_that_meet_rebound() -> None:
     """Thrown at each other: they never overlap by more than half a spacing, and part again with their momentum."""
     sim = cut_bar()

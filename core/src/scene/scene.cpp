@@ -140,6 +140,12 @@ std::vector<MaterialSpec> read_materials(const Value& table) {
         material.density = r.number("density");
         material.law = read_model(*r.value("constitutive"), Family::constitutive, what + ".constitutive");
         material.crack_surface_on_grid = r.text("crack_surface") == "grid";
+        if (r.given("pieces")) {
+            if (!r.given("fracture"))
+                r.fail("pieces", "says where bonds break, but without 'fracture' none does: add a criterion");
+            material.pieces = static_cast<std::uint32_t>(r.integer("pieces"));
+        }
+        material.pieces_seed = static_cast<std::uint64_t>(r.integer("pieces_seed"));
         if (!r.given("fracture")) continue;
         material.criterion = read_model(*r.value("fracture"), Family::fracture, what + ".fracture");
     }

@@ -6,6 +6,7 @@
 
 #include "perimpm/error.hpp"
 #include "state/morton.hpp"
+#include "step/pieces.hpp"
 #include "step/sampling.hpp"
 #include "step/world.hpp"
 
@@ -305,6 +306,7 @@ void build_world(World<Real>& w) {
         m.size = at - m.begin;
         if (m.has_bonds())
             m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr || !w.scene.cracks.empty());
+        if (spec.pieces > 0) m.piece = voronoi_pieces(X, begins, spec);
         create_varying(m, spec, X);
         create_fields(w, m);
     }

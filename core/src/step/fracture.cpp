@@ -15,7 +15,9 @@ void screen(World<Real>& w, Material<Real>& m) {
         if (m.stretch[c] <= harmless) return;
         CandidateList list{w.own_scratch().candidates.data(), 0};
         m.criterion->screen(b, list);
-        m.found[c].assign(list.data, list.data + list.size);
+        for (std::uint32_t k = 0; k < list.size; ++k)
+            if (m.may_part(list.data[k].particle, m.bonds.neighbour[list.data[k].bond]))
+                m.found[c].push_back(list.data[k]);
     });
     m.candidates.clear();
     for (const auto& found : m.found) m.candidates.insert(m.candidates.end(), found.begin(), found.end());
@@ -27,6 +29,7 @@ std::vector<std::size_t> cut(Material<Real>& m) {
     std::vector<std::size_t> changed;
     for (const auto [p, slot] : m.cuts) {
         const std::uint32_t q = m.bonds.neighbour[slot];
+        if (!m.may_part(p, q)) continue;
         const bool first = m.bonds.break_direction(p, slot);
         const bool second = m.bonds.break_direction(q, m.bonds.opposite(p, slot));
         if (first) changed.push_back(p / kChunk);

@@ -84,9 +84,12 @@ struct Material {
     std::vector<BondCandidate> candidates, cuts;    ///< the same, joined; those that break
     std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
     std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
+    std::vector<std::uint32_t> piece;               ///< by particle, where the material has pieces: its piece
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
 
     bool has_bonds() const { return needs.bonds; }
+    /// Whether the material allows a bond between two of its particles to break.
+    bool may_part(std::uint32_t p, std::uint32_t q) const { return piece.empty() || piece[p] != piece[q]; }
     bool can_break() const { return !bonds.broken.empty(); }
     /// Of bond laws: whether two particles, counted within the material, are of one body.
     bool same_body(std::uint32_t p, std::uint32_t q) const {

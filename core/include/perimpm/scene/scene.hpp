@@ -54,6 +54,8 @@ struct MaterialSpec {
     ModelSpec law;
     ModelSpec criterion;  ///< params null: nothing breaks
     bool crack_surface_on_grid = false;
+    std::uint32_t pieces = 0;  ///< Voronoi pieces of each body, between which alone bonds break; 0: anywhere
+    std::uint64_t pieces_seed = 1;
 };
 
 struct BodySpec {
