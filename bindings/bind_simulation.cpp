@@ -93,7 +93,25 @@ double step_simulation(SharedSimulation& shared, std::uint64_t count) {
     return dt;
 }
 
-/// Calls function(X, t), which returns an array of the shape of X or one row for all.
+/// values[n][3] = function(X[n][3], t), which returns an array of the shape of X or one row for all.
+void evaluate(const py::object& function, double t, std::size_t n, const double* X, double* values) {
+    const auto rows = static_cast<py::ssize_t>(n);
+    const py::object result = function(py::array_t<double>({rows, py::ssize_t{3}}, X), t);
+    const auto numpy = py::module_::import("numpy");
+    py::array_t<double, py::array::c_style | py::array::forcecast> array;
+    try {
+        array = numpy.attr("broadcast_to")(numpy.attr("asarray")(result, py::arg("dtype") = "float64"),
+                                           py::make_tuple(rows, 3));
+    } catch (py::error_already_set& error) {
+        if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw;
+        throw InputError("the function of a condition returned " + std::string(py::repr(result)).substr(0, 200) +
+                         ": expected numbers of shape (" + std::to_string(n) + ", 3) or (3,)");
+    }
+    std::copy_n(array.data(), 3 * n, values);
+}
+
+/// A Ctrl-C that arrives inside the callable must not cut the step in two: it is called once more, and the signal kept
+/// for the end of the step.
 ConditionFunction to_function(py::object callable) {
     // The last reference may go while the interpreter lock is not held.
     const std::shared_ptr<py::object> shared(new py::object(std::move(callable)), [](py::object* object) {
@@ -102,19 +120,13 @@ ConditionFunction to_function(py::object callable) {
     });
     return [shared](double t, std::size_t n, const double* X, double* values) {
         const py::gil_scoped_acquire gil;
-        const auto rows = static_cast<py::ssize_t>(n);
-        const py::object result = (*shared)(py::array_t<double>({rows, py::ssize_t{3}}, X), t);
-        const auto numpy = py::module_::import("numpy");
-        py::array_t<double, py::array::c_style | py::array::forcecast> array;
         try {
-            array = numpy.attr("broadcast_to")(numpy.attr("asarray")(result, py::arg("dtype") = "float64"),
-                                               py::make_tuple(rows, 3));
+            evaluate(*shared, t, n, X, values);
         } catch (py::error_already_set& error) {
-            if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw;
-            throw InputError("the function of a condition returned " + std::string(py::repr(result)).substr(0, 200) +
-                             ": expected numbers of shape (" + std::to_string(n) + ", 3) or (3,)");
+            if (!error.matches(PyExc_KeyboardInterrupt)) throw;
+            evaluate(*shared, t, n, X, values);
+            PyErr_SetInterrupt();
         }
-        std::copy_n(array.data(), 3 * n, values);
     };
 }
 

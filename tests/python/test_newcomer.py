@@ -127,3 +127,10 @@ def test_the_first_frame_knows_no_eta(scene_file: Path, tmp_path: Path, capsys: 
     first, second = [line for line in capsys.readouterr().err.splitlines() if line.startswith("frame ")]
     assert first.startswith("frame 1/2") and first.endswith("ETA unknown")
     assert second.endswith("ETA 0 s")
+
+
+def test_linear_splines_are_warned_of(box: Tree) -> None:
+    box["transfer"]["order"] = 1
+    assert any("transfer.order = 1" in text for text in perimpm.Simulation(box).plan.warnings)
+    box["simulation"]["dt"] = 1e-5
+    assert not perimpm.Simulation(box).plan.warnings

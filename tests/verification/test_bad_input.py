@@ -1,4 +1,4 @@
-"""Bad input (Must show 8, E13): each error names place, cause and remedy, the command ends with code 2, no frame
+"""Bad input (E13): each error names place, cause and remedy, the command ends with code 2, no frame
 exists."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Plugins that do not fit are refused like any bad input (Must show 8)."""
+"""Plugins that do not fit are refused like any bad input."""
 
 from __future__ import annotations
 

@@ -111,14 +111,17 @@ def report(name: str, seen: Vibration) -> None:
 
 
 def test_two_laws_in_one_scene() -> None:
-    """Must show 6."""
-    seen = vibrate({"local": FIXED_COROTATED, "bonds": PD_ELASTIC}, half_periods=6)
+    """Moment-exact weights (the default) and family weights; those need a long horizon of constant influence to come this
+    near: see `test_table_of_families`."""
+    long_family = FAMILY | {"horizon": 3.015, "influence": "constant"}
+    seen = vibrate({"local": FIXED_COROTATED, "bonds": PD_ELASTIC, "family": long_family}, half_periods=6)
     print("\nclamped, law, period / closed form, amplitude after each half period")
     for name, one in seen.items():
         report(name, one)
     assert seen["local"].period == pytest.approx(1, abs=0.05)
-    assert seen["bonds"].period == pytest.approx(1, abs=0.05)
-    assert seen["bonds"].period == pytest.approx(seen["local"].period, rel=0.05)
+    for name in ("bonds", "family"):
+        assert seen[name].period == pytest.approx(1, abs=0.05)
+        assert seen[name].period == pytest.approx(seen["local"].period, rel=0.05)
     for one in seen.values():
         assert 0.8 < one.peaks[3] < one.peaks[2] < one.peaks[1] < one.peaks[0] <= 1
 
@@ -131,7 +134,7 @@ def test_without_a_clamp_the_local_law_is_exact() -> None:
     assert min(seen.peaks) > 0.98
 
 
-# Must show 3 holds for these.
+# As near to the closed form as the local law.
 CORRESPONDENCE: Tree = {"type": "pd_correspondence", "law": FIXED_COROTATED}
 DEFAULTS: dict[str, Tree] = {
     "pd_elastic": PD_ELASTIC,

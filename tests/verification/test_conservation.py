@@ -15,7 +15,15 @@ ROUND_OFF = 1e-12
 
 GRID: list[Tree] = [{"type": name, "order": order} for name in ("pic", "flip", "apic") for order in (1, 2, 3)]
 SPRINGS = {**PD_ELASTIC, "bending_ratio": 0.0}
-LAWS = {"fixed_corotated": LOCAL, "pd_elastic": PD_ELASTIC, "pd_elastic, springs": SPRINGS, "pd_bond": PD_BOND}
+LAWS: dict[str, Tree] = {  # the other local laws: test_local_laws.py
+    "fixed_corotated": LOCAL,
+    "pd_elastic": PD_ELASTIC,
+    "pd_elastic, springs": SPRINGS,
+    "pd_bond": PD_BOND,
+    "pd_lps": {"type": "pd_lps", "youngs_modulus": 1e5, "poisson_ratio": 0.3},
+    "deviatoric_plastic": {"type": "deviatoric_plastic", "youngs_modulus": 1e5, "yield_stress": 1e3},
+    "pd_correspondence": {"type": "pd_correspondence", "law": LOCAL},
+}
 
 
 def title(tree: Tree) -> str:

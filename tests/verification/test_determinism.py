@@ -1,4 +1,4 @@
-"""The number of threads does not change a bit of the frames (E14, Must show 5)."""
+"""The number of threads does not change a bit of the frames (E14)."""
 
 from __future__ import annotations
 

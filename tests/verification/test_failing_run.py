@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bad_scenes import good, put
+from support import Array
 from trees import LOCAL, PD_BOND, Tree, write
 
 import perimpm
@@ -36,3 +37,43 @@ def test_command_ends_with_3_when_a_run_fails(tmp_path: Path, capsys: pytest.Cap
     assert main(["run", str(file), "-o", str(tmp_path / "out"), "--threads", "1"]) == 3
     assert "simulation failed" in capsys.readouterr().err
     assert (tmp_path / "out" / "failed.h5").exists()
+
+
+def record(folder: Path) -> Tree:
+    tree: Tree = json.loads((folder / "run.json").read_text())
+    return tree
+
+
+@pytest.mark.parametrize("law", [LOCAL, PD_BOND], ids=["fixed_corotated", "pd_bond"])
+def test_a_condition_that_raises(law: Tree, tmp_path: Path) -> None:
+    """The exception comes back as it is; frames before it stay, and the files say what happened."""
+    sim = perimpm.Simulation(put(put(good(), "material.m.constitutive", law), "simulation.end_time", 1.0))
+
+    def wind(X: Array, t: float) -> list[float]:
+        if t > 0.03:
+            raise LookupError("no wind today")
+        return [0.0, 0.0, 0.0]
+
+    sim.load(acceleration=wind)
+    with pytest.raises(LookupError, match="no wind today"):
+        sim.run(output=tmp_path)
+    assert record(tmp_path)["status"] == "failed" and "no wind today" in (tmp_path / "run.json").read_text()
+    assert {file.name for file in tmp_path.glob("*.h5")} == {"frame.0001.h5", "frame.0002.h5", "failed.h5"}
+
+
+def test_ctrl_c_inside_a_condition_waits_for_the_end_of_the_step(tmp_path: Path) -> None:
+    sim = perimpm.Simulation(put(good(), "simulation.end_time", 1.0))
+    times = []
+
+    def wind(X: Array, t: float) -> list[float]:
+        times.append(t)
+        if len(times) == 20:
+            raise KeyboardInterrupt
+        return [0.0, 0.0, 0.0]
+
+    sim.load(acceleration=wind)
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(output=tmp_path)
+    assert times[19] == times[20]  # asked again, so that the step is whole
+    assert record(tmp_path)["status"] == "stopped" and not (tmp_path / "failed.h5").exists()
+    assert 20 <= sim.steps < 100

@@ -1,4 +1,4 @@
-"""What a scene does not need is not there (Must show 2): read from a process of its own, out of its memory map and its
+"""What a scene does not need is not there: read from a process of its own, out of its memory map and its
 allocated arrays, not from a printout."""
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ fields = set(sim.particles)
 for material in sim.plan.materials:
     fields |= set(sim.particles.of(material.name))
 print(json.dumps({"libraries": sorted(libraries), "fields": sorted(fields), "arrays": [a.name for a in sim.plan.arrays],
-                  "passes": [p.name for p in sim.pass_times], "bytes": {a.name: a.bytes for a in sim.plan.arrays}}))
+                  "passes": [p.name for p in sim.pass_times], "bytes": {a.name: a.bytes for a in sim.plan.arrays},
+                  "opened": sim.plan.libraries}))
 """
 
 
@@ -37,6 +38,7 @@ class Seen:
     arrays: list[str]
     passes: list[str]
     bytes: dict[str, int]
+    opened: list[str]
 
     def maps(self, part: str) -> bool:
         return any(part in name for name in self.libraries)
@@ -158,8 +160,21 @@ def test_collider_adds_its_own_only() -> None:
     assert (seen.libraries, seen.fields, seen.bytes) == (plain.libraries, plain.fields, plain.bytes)
 
 
+@pytest.mark.parametrize("law", [LOCAL, PD_BOND, {"type": "pd_correspondence", "law": LOCAL}], ids=lambda law: law["type"])
+def test_plan_lists_the_plugins_that_are_mapped(law: Tree) -> None:
+    tree = block(law)
+    stretch = {"type": "critical_stretch", "critical_stretch": 0.1}
+    tree["material"]["unused"] = {"density": 2000.0, "constitutive": dict(PD_ELASTIC), "fracture": stretch}
+    seen = probe(tree)
+    built_in = {f"{name}.so" for names in perimpm.plugins().values() for name in names}
+    listed = {name.rpartition("/")[2] + ".so" for name in seen.opened if not name.startswith("module/")}
+    assert {"pd_elastic.so", "critical_stretch.so", law["type"] + ".so"} < listed
+    assert listed == built_in & set(seen.libraries)
+
+
 def test_explain_says_the_same() -> None:
-    plan = perimpm.Simulation(block(PD_ELASTIC)).plan
-    assert any("SVD" in item.what for item in plan.skipped)
-    plan = perimpm.Simulation(block(LOCAL)).plan
-    assert any("bond" in item.what for item in plan.skipped)
+    deformation = "deformation gradient F and stress (no SVD)", "no law of this scene asks for F"
+    bonds = "bond families and bond forces", "no law of this scene asks for bonds"
+    for law, absent, present in ((PD_ELASTIC, deformation, bonds), (LOCAL, bonds, deformation)):
+        skipped = [(item.what, item.why) for item in perimpm.Simulation(block(law)).plan.skipped]
+        assert absent in skipped and present not in skipped

@@ -30,7 +30,7 @@ public:
             simulation_.settle();
             record_.status(finished ? "done" : "stopped");
             return finished;
-        } catch (const SimulationError& e) {
+        } catch (const std::exception& e) {
             record_.failed(e.what());
             throw;
         }

@@ -47,16 +47,17 @@ private:
         plan_.passes.push_back({std::move(name), std::move(when), std::move(reads), std::move(writes),
                                 fmt::format("{}", fmt::join(models, ", "))});
     }
-    /// The plugins and modules this scene opens; the process may hold others, of other scenes.
+    /// The plugins and modules this scene opens, those of materials without bodies included (their parameters are checked);
+    /// the process may hold others, of other scenes.
     Names own_libraries() const {
         Names names{"transfer/" + w_.scene.transfer.type};
-        for (const std::string& law : laws()) names.push_back("constitutive/" + law);
-        for (const MaterialSpec& m : w_.scene.materials)
+        for (const MaterialSpec& m : w_.scene.materials) {
+            names.push_back("constitutive/" + m.law.type);
             for (const ParamSpec& param : m.law.params->specs())
                 if (const ModelSpec* inner = m.law.params->model(param.key))
-                    if (std::find(names.begin(), names.end(), "constitutive/" + m.law.type) != names.end())
-                        names.push_back("constitutive/" + inner->type);
-        for (const std::string& criterion : criteria_) names.push_back("fracture/" + criterion);
+                    names.push_back("constitutive/" + inner->type);
+            if (m.criterion.params) names.push_back("fracture/" + m.criterion.type);
+        }
         if (has_mesh()) names.push_back("module/mesh");
         if (writes_hdf5()) names.push_back("module/hdf5");
         std::sort(names.begin(), names.end());

@@ -44,6 +44,10 @@ public:
         plan.warnings = starting_overlaps(w_);
         if (w_.transfer_needs.grid)
             for (std::string& text : inexact_faces(w_.scene.grid, w_.images)) plan.warnings.push_back(std::move(text));
+        if (w_.transfer_needs.order == 1 && !w_.scene.simulation.dt)
+            plan.warnings.emplace_back(
+                "transfer.order = 1 has no stable step at free surfaces, so dt = \"auto\" holds for filled "
+                "cells only: use order 2 or 3, or give a dt far below the automatic one");
     }
 
     void add_condition(const ConditionSpec& spec, ConditionFunction function) override {
