@@ -76,8 +76,7 @@ def test_linear_momentum_with_moving_least_squares(transfer: str, order: int) ->
 @pytest.mark.parametrize("divergence", ["gradient", "mls"])
 @pytest.mark.parametrize("order", [2, 3])
 def test_angular_momentum_of_apic(order: int, divergence: str) -> None:
-    """With the affine term counted. (The linear spline's term changes with the place in the cell: no such law
-    there.)"""
+    """With the affine term counted. Linear splines keep grad v as C instead of B, which does not conserve it."""
     sim = shaken(LOCAL, {"type": "apic", "order": order, "stress_divergence": divergence})
     assert drifts(sim)[1] <= ROUND_OFF
 

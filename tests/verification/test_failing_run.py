@@ -28,6 +28,15 @@ def test_not_a_number_during_a_run(law: Tree, field: str, tmp_path: Path) -> Non
     assert json.loads((tmp_path / "out" / "run.json").read_text())["status"] == "failed"
 
 
+def test_a_mass_that_is_not_a_number() -> None:
+    """Many steps in one call move and scatter particles in one pass, which must not meet what is not finite."""
+    for law in (LOCAL, PD_BOND):
+        sim = perimpm.Simulation(put(good(), "material.m.constitutive", law))
+        sim.particles["mass"][0] = np.nan
+        with pytest.raises(perimpm.SimulationError, match="finite"):
+            sim.step(20)
+
+
 def test_command_ends_with_3_when_a_run_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A step a hundred times too long, accepted by name."""
     tree = put(put(good(), "simulation.dt", 0.5), "simulation.allow_unstable_dt", True)

@@ -40,7 +40,7 @@ void obey(const World<Real>& w, const NearObstacles& near, const Vec3& x, Real* 
     for (int c = 0; c < 3; ++c) node[c] = static_cast<Real>(v[c]);
 }
 
-/// Returns the square of the largest speed of the block's nodes, infinite when one is not finite.
+/// Returns the square of the largest speed of the block's nodes, infinite when one, or its mass, is not finite.
 template <class Real>
 double update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
     const double dx = w.spacing();
@@ -55,7 +55,10 @@ double update_block(World<Real>& w, std::size_t g, const NearObstacles& near) {
     Real fastest2 = 0;
     for (int n = 0; n < kNodesPerBlock; ++n, node += 4) {
         const Real mass = node[3];
-        if (!(mass > 0)) continue;
+        if (!(mass > 0)) {
+            if (std::isnan(mass)) fastest2 = std::numeric_limits<Real>::infinity();
+            continue;
+        }
         for (int c = 0; c < 3; ++c) {
             node[c] /= mass;
             if (increment) {
