@@ -7,7 +7,8 @@
 // For v0 -> 0 the place is frozen at x0 = 1/2 and (2) is linear; with k = (w dt)^2, cos a = sqrt(1 - k), exactly
 //   (3) v_n = v0 (1 - k)^((n-1)/2) cos((n - 1) a)
 // so strain from the grid's new velocity (USL) costs amplitude at the rate w^2 dt/2 with a single particle per cell:
-// first order, and at dt = 0.01 s 18 % in a period: A1's gate of 1e-3 is not met. The second order that A1 names belongs to schemes that map velocities back before straining (MUSL, USF).
+// first order, and at dt = 0.01 s 18 % in a period: A1's gate of 1e-3 is not met. The second order that A1 names belongs
+// to schemes that map velocities back before straining (MUSL, USF).
 #include <fmt/format.h>
 
 #include <cmath>
