@@ -99,29 +99,23 @@ TEMPLATE_TEST_CASE("quads: four packs are summed each into its own number", "[ma
     for (std::size_t k = 0; k < 4; ++k) CHECK(sums[k] == static_cast<TestType>(1000 * k * N + squares));
 }
 
-TEMPLATE_TEST_CASE("quads: products of matrices and vectors are summed by weight, for any number of entries", "[math]",
-                   float, double) {
+TEMPLATE_TEST_CASE("quads: records are summed by weight, for any number of entries", "[math]", float, double) {
     constexpr std::uint32_t kEntries = 30;  // fit into the page
     const GuardedPage page;                 // the last record ends where memory must not be touched
-    auto* const records = static_cast<TestType*>(page.end()) - kMatrixRecord * kEntries;
-    for (std::uint32_t k = 0; k < kMatrixRecord * kEntries; ++k)  // small integers: every sum is exact
+    auto* const records = static_cast<TestType*>(page.end()) - kSumRecord * kEntries;
+    for (std::uint32_t k = 0; k < kSumRecord * kEntries; ++k)  // small integers: every sum is exact
         records[k] = static_cast<TestType>((7 * k + k * k) % 23) - 11;
-    const TestType* own = records + kMatrixRecord * 5;
     for (std::uint32_t count = 0; count < 12; ++count) {
         std::uint32_t entry[12];
         for (std::uint32_t k = 0; k < 12; ++k) entry[k] = k == 0 ? kEntries - 1 : (3 * k * k + count) % kEntries;
         const auto weight = [](std::uint32_t k) { return static_cast<TestType>(k % 3); };
-        TestType sum[3], expected[3] = {0, 0, 0};
-        sum_products(records, entry, count, own, weight, sum);
+        TestType sum[kSumRecord], expected[12] = {};
+        sum_records(records, entry, count, weight, sum);
         for (std::uint32_t k = 0; k < count; ++k)
-            for (int column = 0; column < 3; ++column)
-                for (int row = 0; row < 3; ++row) {
-                    const TestType* record = records + kMatrixRecord * entry[k];
-                    expected[row] += weight(k) * record[4 * column + row] * (record[12 + column] - own[12 + column]);
-                }
-        for (int row = 0; row < 3; ++row) {
-            CAPTURE(count, row);
-            CHECK(sum[row] == expected[row]);
+            for (int c = 0; c < 12; ++c) expected[c] += weight(k) * records[kSumRecord * entry[k] + c];
+        for (int c = 0; c < 12; ++c) {
+            CAPTURE(count, c);
+            CHECK(sum[c] == expected[c]);
         }
     }
 }

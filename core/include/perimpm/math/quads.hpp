@@ -8,7 +8,7 @@
     turn into each other by 4x4 transposes inside registers. Sums over packs or records of quads need no transposes. */
 namespace perimpm {
 
-inline constexpr std::size_t kMatrixRecord = 16;  ///< a 3x3 matrix and a vector as quads: the columns, then x
+inline constexpr std::size_t kSumRecord = 16;  ///< numbers from one record of sum_records to the next
 
 namespace detail {
 
@@ -85,36 +85,6 @@ PERIMPM_INLINE Vec<Real, 4> sum_of_quads(Vec<Real, N> v) {
         constexpr auto half = std::make_integer_sequence<int, N / 2>();
         return sum_of_quads<Real, N / 2>(lanes_from<0, N / 2>(v, half) + lanes_from<N / 2, N / 2>(v, half));
     }
-}
-
-/// Three quads side by side in as few registers as hold them: what follows the third is not looked at.
-template <class Real>
-struct ThreeQuads {
-    static constexpr int kWidth = kLanes<Real> < 4 ? 4 : kLanes<Real>, kParts = (12 + kWidth - 1) / kWidth;
-    Vec<Real, kWidth> part[kParts];
-};
-template <int First, class V, int... I>
-PERIMPM_INLINE V lanes_over_quads(V v, std::integer_sequence<int, I...>) {
-    return __builtin_shufflevector(v, v, (First + I / 4)...);
-}
-template <class Real>
-PERIMPM_INLINE ThreeQuads<Real> load_columns(const Real* record) {
-    ThreeQuads<Real> columns;
-    for (int k = 0; k < columns.kParts; ++k)
-        __builtin_memcpy(&columns.part[k], record + k * columns.kWidth, sizeof columns.part[k]);
-    return columns;
-}
-/// x[c] over the whole of quad c, where x is the record's fourth quad.
-template <class Real>
-PERIMPM_INLINE ThreeQuads<Real> spread_vector(const Real* record) {
-    constexpr int N = ThreeQuads<Real>::kWidth;
-    constexpr auto all = std::make_integer_sequence<int, N>();
-    Vec<Real, N> last;  // of the record's registers
-    __builtin_memcpy(&last, record + kMatrixRecord - N, sizeof last);
-    if constexpr (N == 16) return {{lanes_over_quads<12>(last, all)}};
-    if constexpr (N == 8) return {{lanes_over_quads<4>(last, all), lanes_over_quads<6>(last, all)}};
-    if constexpr (N == 4)
-        return {{lanes_over_quads<0>(last, all), lanes_over_quads<1>(last, all), lanes_over_quads<2>(last, all)}};
 }
 
 }  // namespace detail
@@ -201,32 +171,32 @@ PERIMPM_INLINE void reduce_four(const Pack<Real> packs[4], Real sums[4]) {
     }
 }
 
-/// sum over k < count of weight(k) M (x - x_own), where `records` has M and x at entry[k] and x_own is that of the record
-/// `own`. Apart from the difference a product costs a load, a shuffle and a multiply-add per register.
+/// sum over k < count of weight(k) times the record at entry[k]: kSumRecord numbers, of which the first 12 are summed. A
+/// record costs a load and a multiply-add per register.
 template <class Real, class Weight>
-PERIMPM_INLINE void sum_products(const Real* records, const std::uint32_t* entry, std::uint32_t count, const Real* own,
-                                 Weight weight, Real sum[3]) {
-    using Quads = detail::ThreeQuads<Real>;
-    constexpr int kParts = Quads::kParts;
-    constexpr std::uint32_t kChains = kParts == 1 ? 4 : 2;  // independent sums, or each would wait for the last
-    const Quads from = detail::spread_vector(own);
-    Quads chain[kChains] = {};
-    const auto add = [&](std::uint32_t k, Quads& to) PERIMPM_INLINE_LAMBDA {
-        const Real* record = records + kMatrixRecord * std::size_t{entry[k]};
-        const Quads columns = detail::load_columns(record), x = detail::spread_vector(record);
-        for (int part = 0; part < kParts; ++part)
-            to.part[part] += columns.part[part] * ((x.part[part] - from.part[part]) * weight(k));
+PERIMPM_INLINE void sum_records(const Real* records, const std::uint32_t* entry, std::uint32_t count, Weight weight,
+                                Real sum[kSumRecord]) {
+    constexpr int N = kLanes<Real>, kParts = (12 + N - 1) / N;
+    constexpr std::uint32_t kChains = kParts < 4 ? 4 : 2;  // independent sums, or each would wait for the last
+    using V = detail::Vec<Real, N>;
+    V chain[kChains][kParts] = {};
+    const auto add = [&](std::uint32_t k, V to[kParts]) PERIMPM_INLINE_LAMBDA {
+        const Real* record = records + kSumRecord * std::size_t{entry[k]};
+        const Real w = weight(k);
+        for (int part = 0; part < kParts; ++part) {
+            V numbers;
+            __builtin_memcpy(&numbers, record + part * N, sizeof numbers);
+            to[part] += numbers * w;
+        }
     };
     std::uint32_t k = 0;
     for (; k + kChains <= count; k += kChains)
         for (std::uint32_t c = 0; c < kChains; ++c) add(k + c, chain[c]);
     for (; k < count; ++k) add(k, chain[0]);
-    Real quads[kParts * Quads::kWidth];
     for (int part = 0; part < kParts; ++part) {
-        for (std::uint32_t c = 1; c < kChains; ++c) chain[0].part[part] += chain[c].part[part];
-        __builtin_memcpy(quads + part * Quads::kWidth, &chain[0].part[part], sizeof chain[0].part[part]);
+        for (std::uint32_t c = 1; c < kChains; ++c) chain[0][part] += chain[c][part];
+        __builtin_memcpy(sum + part * N, &chain[0][part], sizeof chain[0][part]);
     }
-    for (int r = 0; r < 3; ++r) sum[r] = quads[r] + quads[4 + r] + quads[8 + r];
 }
 
 }  // namespace perimpm

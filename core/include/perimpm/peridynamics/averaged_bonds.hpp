@@ -65,7 +65,8 @@ public:
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         const Real* factor = b.particle_state[kNormalisation][0];
         for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
-            if (factor[i] == 0 || !b.family.damage || b.family.damage[i] > 0) set_moments(b, i);  // as at the start, else
+            if (factor[i] == 0 || !b.family.damage || b.family.damage[i] > 0)
+                set_moments(b, i);  // as at the start, else
         weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
@@ -145,8 +146,8 @@ private:
             particle_fields_.push_back({.name = "averaged_stress",
                                         .components = 12,
                                         .unit = "N/m^4",
-                                        .doc = "V H, the stress of the averaged bonds times K^+: columns, by four",
-                                        .packed = kMatrixRecord});
+                                        .doc = "V H, the stress of the averaged bonds times K^+, row-major, and V H X",
+                                        .packed = kSumRecord});
         const auto add_bond_field = [&](const FieldSpec& spec) {
             bond_fields_.push_back(spec);
             return static_cast<int>(bond_fields_.size()) - 1;
@@ -228,10 +229,14 @@ private:
             G[3 * r + 2] = x * S[2] + y * S[4] + z * S[5];
         }
         times_shape_inverse(b, i, G, H);
-        Real* record = b.particle_state[kAveragedStress].data + kMatrixRecord * i;
-        for (int c = 0; c < 3; ++c) {
-            for (int r = 0; r < 3; ++r) record[4 * c + r] = H[3 * r + c];
-            record[12 + c] = F[MeanRecord::kReference + c];
+        Real* record = b.particle_state[kAveragedStress].data + kSumRecord * i;
+        const Real* origin = b.family.reference;
+        for (int r = 0; r < 3; ++r) {
+            record[9 + r] = 0;
+            for (int c = 0; c < 3; ++c) {
+                record[3 * r + c] = H[3 * r + c];
+                record[9 + r] += H[3 * r + c] * (F[MeanRecord::kReference + c] - origin[c]);
+            }
         }
     }
 

@@ -30,7 +30,8 @@ PERIMPM_INLINE void deform(const T X[3], T out[3], const Entry F[9]) {
 template <class Real>
 class AveragedFamily {
     using P = Pack<Real>;
-    static constexpr std::uint32_t kKept = 512 / kLanes<Real>;  ///< packs that the second sweep need not fetch again
+    static constexpr std::uint32_t kKept = 512 / kLanes<Real>;  ///< packs that stay in the first-level cache
+    static constexpr std::size_t kEntry = 7 * kLanes<Real>;     ///< X, w^ V and Y of a pack of bonds
 
 public:
     AveragedFamily(const Block<Real>& b, const BondFields& at) : b_{b}, at_{at} {}
@@ -38,23 +39,15 @@ public:
     /// First sweep: sums[0..8] = sum w^ V Y (x) X, sums[9..11] = sum S (|Y| - |X|) dir Y; returns the largest
     /// (|Y| - |X|)/|Y|, at least 0.
     PERIMPM_INLINE Real sum_bonds(std::uint32_t i, Real sums[12]) {
-        const Real* position = b_.family.position + 4 * std::size_t{b_.first + i};
-        const std::uint32_t begin = b_.family.row[i];
-        P sum[12] = {}, largest(0);
-        for_each_bond(b_, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P X[4], Y[3];
-            fetch(i, bonds, live, X);
-            const std::uint32_t k = (bonds.slot - begin) / kLanes<Real>;
-            for (int c = 0; c < 4 && k < kKept; ++c) kept_[4 * k + c] = X[c];
-            bonds.difference(b_.family.position, position, Y);
-            const P y = norm(Y);
-            const P relative = live * ((y - bonds.load(b_.family.length)) * inverse_length(y));
-            largest = larger(largest, relative);
-            const P spring = bonds.load(b_.bond_state[at_.stiffness]) * relative;
-            for (int c = 0; c < 3; ++c) sum[9 + c] += spring * Y[c];
-            for (int c = 0; c < 3; ++c) Y[c] *= X[3];
-            for (int c = 0; c < 9; ++c) sum[c] += Y[c / 3] * X[c % 3];
-        });
+        const std::uint32_t last = b_.family.row[i + 1];
+        P sum[12], largest(0);
+        for (P& each : sum) each = P(0);
+        for (std::uint32_t slot = b_.family.row[i]; slot < last; slot += kKept * kLanes<Real>) {
+            const std::uint32_t end = slot + std::min(last - slot, kKept * static_cast<std::uint32_t>(kLanes<Real>));
+            keep(i, slot, end);
+            add_springs(i, slot, end, sum + 9, largest);
+            add_products(end - slot, sum);
+        }
         for (int c = 0; c < 12; c += 4) reduce_four(sum + c, sums + c);
         return hmax(largest);
     }
@@ -63,10 +56,8 @@ public:
     PERIMPM_INLINE void sum_averaged(std::uint32_t i, const Real F[9], Real sums[8]) const {
         P sum[8] = {};
         const Real* strain = at_.strain < 0 ? nullptr : b_.bond_state[at_.strain];
-        for_each_averaged(i, F, strain, [&](const P X[3], const P& pull) PERIMPM_INLINE_LAMBDA {
-            const P x = pull * X[0], y = pull * X[1];
-            sum[0] += x * X[0], sum[1] += x * X[1], sum[2] += x * X[2];
-            sum[3] += y * X[1], sum[4] += y * X[2], sum[5] += pull * X[2] * X[2];
+        for_each_averaged(i, F, strain, [&](const P[3], const P XX[6], const P& pull) PERIMPM_INLINE_LAMBDA {
+            for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
         });
         reduce_four(sum, sums), reduce_four(sum + 4, sums + 4);
         for (int c = 0; c < 6; ++c) sums[c] *= scale(i);
@@ -74,7 +65,7 @@ public:
     /// sum S_pq (|Y-| - |X|)/|Y-| X, and a number without meaning.
     PERIMPM_INLINE void sum_averaged_pulls(std::uint32_t i, const Real F[9], Real sums[4]) const {
         P sum[4] = {};
-        for_each_averaged(i, F, nullptr, [&](const P X[3], const P& pull) PERIMPM_INLINE_LAMBDA {
+        for_each_averaged(i, F, nullptr, [&](const P X[3], const P[6], const P& pull) PERIMPM_INLINE_LAMBDA {
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
         });
         reduce_four(sum, sums);
@@ -83,41 +74,105 @@ public:
 
 private:
     /// X and w^ V of the neighbours, 0 for broken bonds.
-    PERIMPM_INLINE void fetch(std::uint32_t i, const BondPack<Real>& bonds, const P& live, P X[4]) const {
+    PERIMPM_INLINE void fetch(std::uint32_t i, const BondPack<Real>& bonds, const P& live, const Real* influence,
+                              P X[4]) const {
         const Real* reference = b_.family.reference + 4 * std::size_t{b_.first + i};
         bonds.template gather_packed<4>(b_.family.reference, X);
         for (int c = 0; c < 3; ++c) X[c] -= reference[c];
         X[3] *= live;
-        if (at_.influence >= 0) X[3] *= bonds.load(b_.bond_state[at_.influence]);
+        if (influence) X[3] *= bonds.load(influence);
     }
-    /// Second sweep: body(X, S_pq (|Y-| - |X| - e_p |X|)/|Y-| over `scale`) for the packs of bonds; e_p = 0 without
-    /// `strain`. S_pq is made from what the first sweep kept: another number per bond would have to come from memory.
-    template <class Body>
-    PERIMPM_INLINE void for_each_averaged(std::uint32_t i, const Real F[9], const Real* strain, Body body) const {
-        const std::uint32_t begin = b_.family.row[i];
-        for_each_bond(b_, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P X[4], mean[3];
-            const std::uint32_t k = (bonds.slot - begin) / kLanes<Real>;
-            if (k < kKept)
-                for (int c = 0; c < 4; ++c) X[c] = kept_[4 * k + c];
-            else
-                fetch(i, bonds, live, X);
-            deform(X, mean, F);
-            const P z = norm(mean), length(b_.family.length + bonds.slot, std::experimental::element_aligned);
-            P extension = z - length;
-            if (strain) extension -= length * bonds.load(strain);
-            P weight = X[3], divisor = z * (length * length);
-            if (at_.own_is_exact) weight = live * bonds.load(b_.bond_state[at_.own]), divisor = z;
-            body(X, P(weight * (extension * inverse_length(divisor))));
+    /// Keeps X, w^ V and Y of the bonds in the slots from `slot` to `end`. A loop of its own: the processor then fetches for
+    /// many bonds at a time instead of waiting for the roots and divisions of a few.
+    PERIMPM_INLINE void keep(std::uint32_t i, std::uint32_t slot, std::uint32_t end) {
+        const Real *positions = b_.family.position, *influence = influence_by_slot();
+        const Real* position = positions + 4 * std::size_t{b_.first + i};
+        Real* to = kept_;
+        for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P X[4], Y[3];
+            fetch(i, bonds, live, influence, X);
+            bonds.difference(positions, position, Y);
+            for (int c = 0; c < 4; ++c) X[c].copy_to(to + c * kLanes<Real>, std::experimental::vector_aligned);
+            for (int c = 0; c < 3; ++c) Y[c].copy_to(to + (4 + c) * kLanes<Real>, std::experimental::vector_aligned);
+            to += kEntry;
         });
     }
+    /// Adds the springs of the bonds kept, which are those in the slots from `slot` to `end`.
+    PERIMPM_INLINE void add_springs(std::uint32_t i, std::uint32_t slot, std::uint32_t end, P sum[3],
+                                    P& largest) const {
+        const Real *lengths = b_.family.length, *stiffness = b_.bond_state[at_.stiffness], *from = kept_;
+        for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            const P Y[3] = {kept(from, 4), kept(from, 5), kept(from, 6)};
+            from += kEntry;
+            const P relative = live * relative_extension(Y, bonds.load(lengths));
+            largest = larger(largest, relative);
+            const P spring = bonds.load(stiffness) * relative;
+            for (int c = 0; c < 3; ++c) sum[c] += spring * Y[c];
+        });
+    }
+    /// Adds w^ V Y (x) X of the first `count` bonds kept. A loop of its own: with those of the springs, its sums would not
+    /// fit into the registers.
+    PERIMPM_INLINE void add_products(std::uint32_t count, P sum[9]) const {
+        const Real* const end = kept_ + (count + kLanes<Real> - 1) / kLanes<Real> * kEntry;
+        for (const Real* from = kept_; from < end; from += kEntry) {
+            const P X[3] = {kept(from, 0), kept(from, 1), kept(from, 2)}, weight = kept(from, 3);
+            for (int r = 0; r < 3; ++r) {
+                const P y = weight * kept(from, 4 + r);
+                for (int c = 0; c < 3; ++c) sum[3 * r + c] += y * X[c];
+            }
+        }
+    }
+    PERIMPM_INLINE static P kept(const Real* entry, int c) {
+        return P(entry + c * kLanes<Real>, std::experimental::vector_aligned);
+    }
+    /// Second sweep: body(X, X (x) X, S_pq (|Y-| - |X| - e_p |X|)/|Y-| over `scale`) for the packs of bonds; e_p = 0
+    /// without `strain`. With 2 E = F^T F - 1, |Y-|^2 - |X|^2 = X.(2 E X) costs no digits where strains are small. S_pq is
+    /// made from what the first sweep kept: another number per bond would have to come from memory.
+    template <class Body>
+    PERIMPM_INLINE void for_each_averaged(std::uint32_t i, const Real F[9], const Real* strain, Body body) const {
+        const Real* lengths = b_.family.length;
+        const Real* own = at_.own_is_exact ? b_.bond_state[at_.own] : nullptr;
+        const Real* influence = influence_by_slot();
+        const bool whole = b_.family.row[i + 1] - b_.family.row[i] <= kKept * kLanes<Real>;
+        Real twice[6];
+        twice_strain(F, twice);
+        const Real* from = kept_;
+        for_each_bond(b_, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P X[4];
+            if (whole)
+                for (int c = 0; c < 4; ++c) X[c] = kept(from, c);
+            else
+                fetch(i, bonds, live, influence, X);
+            const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
+            P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2
+            for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
+            const P length(lengths + bonds.slot, std::experimental::element_aligned), square = length * length;
+            const P z = sqrt(larger(square + longer, P(0))), both = z + length;
+            if (strain) longer -= length * bonds.load(strain) * both;
+            P weight = X[3], divisor = z * both * square;
+            if (own) weight = live * bonds.load(own), divisor = z * both;
+            body(X, XX, P(weight * (longer * inverse_length(divisor))));
+            from += kEntry;
+        });
+    }
+    /// 2 E = F^T F - 1: xx, 2 xy, 2 xz, yy, 2 yz, zz.
+    static void twice_strain(const Real F[9], Real out[6]) {
+        constexpr int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
+        for (int c = 0; c < 6; ++c) {
+            double sum = row[c] == column[c] ? -1 : 0;
+            for (int r = 0; r < 9; r += 3)
+                sum += static_cast<double>(F[r + row[c]]) * static_cast<double>(F[r + column[c]]);
+            out[c] = static_cast<Real>(row[c] == column[c] ? sum : 2 * sum);
+        }
+    }
+    const Real* influence_by_slot() const { return at_.influence < 0 ? nullptr : b_.bond_state[at_.influence]; }
     Real scale(std::uint32_t i) const {
         return at_.own_is_exact ? Real(1) : b_.particle_state[AveragedState::normalisation][0][i] * b_.volume[i];
     }
 
     const Block<Real>& b_;
     BondFields at_;
-    P kept_[4 * kKept];  ///< X and w^ V of the family that `sum_bonds` was asked for last
+    alignas(P) Real kept_[kKept * kEntry];  ///< of the family that `sum_bonds` was asked for last
 };
 
 }  // namespace perimpm::peridynamics

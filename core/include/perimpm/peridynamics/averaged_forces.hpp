@@ -55,25 +55,30 @@ void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
     b.largest_stretch = stretch_of(largest);
 }
 
-/// Minus the gradient of (5): H_p and H_q act on the same bonds; what H_p does is one product with the family's moment.
+/*! Minus the gradient of (5): H_p and H_q act on the same bonds. What H_p does is one product with the family's moment. What
+    the H_q do is linear in X_q - X_p, hence
+      sum w^ V_q H_q (X_q - X_p) = sum w^ (V_q H_q X_q) - (sum w^ V_q H_q) X_p
+    with twelve numbers of q in both sums. X counts from the material's first particle. The difference loses digits as the
+    difference of positions y does, of H instead of the moduli: a strain's share of that. */
 template <class Real>
 void force_of_energy(Block<Real>& b, const BondFields& at) {
     const Families<Real>& family = b.family;
     const Real* records = b.family_state[AveragedState::averaged_stress].data;
     const Field<Real>& moment = b.particle_state[AveragedState::moment];
+    const Real* origin = family.reference;
     Real largest = 0;
     for (std::uint32_t i = 0; i < b.size; ++i) {
         const std::uint32_t begin = family.row[i], count = family.row[i + 1] - begin;
         const Real* influence = at.influence < 0 ? nullptr : b.bond_state[at.influence] + begin;
         const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
-        const Real* own = records + kMatrixRecord * std::size_t{b.first + i};
+        const Real* own = records + kSumRecord * std::size_t{b.first + i};
         for (std::uint32_t k = 0; k < count; k += 16) {
             prefetch(family.neighbour + begin + k);
             if (influence) prefetch(influence + k);
         }
-        Real f[3];
+        Real sums[kSumRecord];
         const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA {
-            sum_products(records, family.neighbour + begin, count, own, weight, f);
+            sum_records(records, family.neighbour + begin, count, weight, sums);
         };
         if (family.damage && family.damage[i] > 0)
             sum([&](std::uint32_t k) {
@@ -84,8 +89,12 @@ void force_of_energy(Block<Real>& b, const BondFields& at) {
         else
             sum([](std::uint32_t) { return Real(1); });
         for (int c = 0; c < 3; ++c) {
-            const Real here = own[c] * moment[0][i] + own[4 + c] * moment[1][i] + own[8 + c] * moment[2][i];
-            b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * f[c];
+            Real here = 0, there = sums[9 + c];
+            for (int k = 0; k < 3; ++k) {
+                here += own[3 * c + k] * moment[k][i];
+                there -= sums[3 * c + k] * (mean[MeanRecord::kReference + k] - origin[k]);
+            }
+            b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * there;
         }
         largest = larger(largest, mean[MeanRecord::kExtension]);
     }

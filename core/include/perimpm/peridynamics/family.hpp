@@ -67,25 +67,30 @@ PERIMPM_INLINE Pack<Real> live_bonds(const Families<Real>& f, std::uint32_t slot
     return select(first_lanes<Real>(size), Pack<Real>(1), Pack<Real>(0));
 }
 
-/// Calls body(pack, live) for the bonds of the block's particle i; `live` is 1 for whole bonds, 0 for broken ones and
-/// for lanes beyond the pack's size. Undamaged families read no flags.
+/// Calls body(pack, live) for the bonds in the slots from `slot` to `end` of the block's particle i; `live` is 1 for whole
+/// bonds, 0 for broken ones and for lanes beyond the pack's size. Undamaged families read no flags.
 template <class Real, class Body>
-PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
+PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, std::uint32_t slot, std::uint32_t end,
+                                  Body body) {
     constexpr std::uint32_t lanes = kLanes<Real>;
     static_assert(lanes <= kSlotPadding);
     const Families<Real>& f = b.family;
-    const std::uint32_t end = f.row[i + 1];
+    const std::uint32_t* neighbour = f.neighbour;
     const bool damaged = f.damage && f.damage[i] > 0;
-    std::uint32_t slot = f.row[i];
     for (; !damaged && slot + lanes <= end; slot += lanes) {
-        prefetch(f.neighbour + slot);
-        body(BondPack<Real>{slot, lanes, f.neighbour + slot}, Pack<Real>(1));
+        prefetch(neighbour + slot);
+        body(BondPack<Real>{slot, lanes, neighbour + slot}, Pack<Real>(1));
     }
     for (; slot < end; slot += lanes) {
         const std::uint32_t size = std::min(lanes, end - slot);
-        prefetch(f.neighbour + slot);
-        body(BondPack<Real>{slot, size, f.neighbour + slot}, live_bonds(f, slot, size, damaged));
+        prefetch(neighbour + slot);
+        body(BondPack<Real>{slot, size, neighbour + slot}, live_bonds(f, slot, size, damaged));
     }
+}
+/// The same for all bonds of the block's particle i.
+template <class Real, class Body>
+PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, Body body) {
+    for_each_bond(b, i, b.family.row[i], b.family.row[i + 1], body);
 }
 
 /// 1/|v|, 0 for the zero vector (a bond shrunk to a point has no direction and no force).
