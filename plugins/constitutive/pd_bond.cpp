@@ -68,11 +68,13 @@ public:
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .reports_stretch = true,
+                   .stores_in_bonds = true,
                    .horizon = beta_.reach(),
                    .rounds = 2,
                    .particle_state = kParticleState,
                    .bond_state = kBondState,
                    .moduli = {youngs_modulus_, springs_.poisson_ratio()},
+                   .volumes = beta_.volumes(),
                    .opening_energy = opening_energy_};
         if (surface_ != Surface::moment) n.bond_state.size = kOwn;
         return n;
@@ -124,6 +126,20 @@ public:
                                     reduce(live * bonds.load(b.bond_state[kStiffness]) * extension * extension));
             });
         return total;
+    }
+
+    /// Both ends hold half of the spring's energy.
+    void bond_energy(const Block<Real>& b) const override {
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* own = b.family.position + 4 * std::size_t{b.first + i};
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P Y[3];
+                bonds.difference(b.family.position, own, Y);
+                const P extension = norm(Y) - bonds.load(b.family.length);
+                const P half = P(Real(0.25)) * live * bonds.load(b.bond_state[kStiffness]) * extension * extension;
+                store_energy(b, bonds, half, half);
+            });
+        }
     }
 
 private:

@@ -15,6 +15,10 @@
     pi_p = (K_d/((d + 2) mu) - (2 - s)/d) theta; sheets as in Le, Chan & Schwartz 2014, doi:10.1002/nme.4642. In a strand
     Poisson's ratio has no meaning; mu = E/3 makes it one spring per bond.
     `surface = "moment"` makes sum w x^2 V n n n n of each family isotropic, so that (3) has K and mu for any affine strain.
+      (7) w<p,q> = V_p V_q (t<p,q> e - (15 mu w/m) (e - 2 theta x/3 - e_p x) e_p x)/2    energy at p's end of a bond [J]
+    (7) is half the force state times the extension, as Foster, Silling & Chen 2011, doi:10.1615/IntJMultCompEng.2011002407,
+    sum it over a proportional load, less what yielded bonds do not give back; over a family it sums to V_p W, since (3) is
+    quadratic. A bond that shortens in a family that grows stores less than nothing.
     With `yield_stress` bonds yield in shear (Mitchell 2011, SAND2011-3166): t loses 15 mu S e_p x, and (3) has
     e - theta x/3 - e_p x. The rules are in perimpm/peridynamics/bond_flow.hpp; his psi_0 = 25 sigma_y^2/(8 pi delta^5), for full
     continuum families of constant w, can be given as `yield_psi`. */
@@ -88,11 +92,13 @@ public:
         return {.bonds = true,
                 .prepare = true,
                 .reports_stretch = true,
+                .stores_in_bonds = true,
                 .horizon = influence_.reach(),
                 .rounds = 2,
                 .particle_state = kept(particle_fields_),
                 .bond_state = kept(bond_fields_),
                 .moduli = {youngs_modulus_, poisson_ratio_},
+                .volumes = influence_.volumes(),
                 .opening_energy = opening_energy_};
     }
 
@@ -155,7 +161,35 @@ public:
         return total;
     }
 
+    void bond_energy(const Block<Real>& b) const override { flow_.active() ? store_as<true>(b) : store_as<false>(b); }
+
 private:
+    /// (7)
+    template <bool Yields>
+    void store_as(const Block<Real>& b) const {
+        const P half(static_cast<Real>(0.5 * deviatoric())), per_dimension(static_cast<Real>(1 / d_));
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P other[4], Y[3];
+                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
+                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
+                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
+                        own = bonds.load(b.bond_state[kOwn]), e = norm(Y) - x;
+                P here = (e + x * record[0]) * e, there = (e + x * other[0]) * e;
+                if constexpr (Yields) {
+                    const auto less = [&](const P& yielded, const P& theta) {
+                        return yielded * (P(Real(2)) * (e - theta * x * per_dimension) - yielded);
+                    };
+                    const Field<Real>& theta = b.family_state[kDilatation];
+                    here -= less(x * bonds.load(b.bond_state[flow_fields_.strain]), P(theta[0][b.first + i]));
+                    there -= less(x * flow_.at_other_end(b, bonds, flow_fields_), bonds.gather(theta[0]));
+                }
+                store_energy(b, bonds, live * half * own * here, live * half * (both - own) * there);
+            });
+        }
+    }
+
     template <bool Yields>
     void evaluate_as(Block<Real>& b) const {
         const P stiffness(static_cast<Real>(deviatoric()));

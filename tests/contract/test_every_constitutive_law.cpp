@@ -190,3 +190,47 @@ TEST_CASE("every law: declared keys have unit and text, misspelt ones a suggesti
         check_declaration(Family::constitutive, name);
     }
 }
+
+TEST_CASE("every law: what it stores in bonds adds up to its energy, family by family", "[contract][fracture]") {
+    std::size_t laws = 0;
+    for (const std::string& name : names_of(Family::constitutive)) {
+        std::vector<std::string> tables = {""};
+        if (name == "pd_elastic" || name == "deviatoric_plastic") tables.push_back("formulation = \"paper\"\n");
+        if (name == "pd_elastic" || name == "pd_bond" || name == "pd_lps") {
+            tables.push_back("surface = \"none\"\n");
+            tables.push_back("surface = \"family\"\nvolume_correction = \"linear\"\n");
+        }
+        if (name == "pd_elastic") tables.push_back("bending_ratio = 0.0\n");
+        for (const char* rule : {"bond", "family"})
+            if (name == "pd_lps") tables.push_back(fmt::format("yield_stress = 1e4\nyield = \"{}\"\n", rule));
+        for (const std::string& table : tables) {
+            CAPTURE(name, table);
+            Sample sample(name, table);
+            if (!sample.law->needs().stores_in_bonds) continue;
+            ++laws;
+            Particles<double>& particles = sample.particles;
+            Bonds& bonds = particles.bonds();
+            for (std::uint32_t p : {0u, 100u, 171u})  // a corner, and one within
+                for (std::uint32_t slot = bonds.row[p]; slot < bonds.row[p + 1]; slot += 3) {
+                    bonds.break_direction(bonds.neighbour[slot], bonds.opposite(p, slot));
+                    bonds.break_direction(p, slot);
+                }
+            particles.initialise();
+            sample.scramble(3);
+            particles.evaluate();
+            const auto ends = particles.bond_energies();
+            CHECK(ends == particles.bond_energies(50));
+            for (std::uint32_t p = 0; p < particles.size(); ++p) {
+                double sum = 0, size = 0;
+                for (std::uint32_t slot = bonds.row[p]; slot < bonds.row[p + 1]; ++slot) {
+                    sum += ends[0][slot], size += std::abs(ends[0][slot]);
+                    const std::uint32_t back = bonds.opposite(p, slot);
+                    REQUIRE_THAT(ends[1][slot], WithinRel(ends[0][back], 1e-9) || WithinAbs(0, 1e-12 * size));
+                    if (bonds.is_broken(slot)) REQUIRE((ends[0][slot] == 0 && ends[1][slot] == 0));
+                }
+                REQUIRE_THAT(sum, WithinAbs(sample.law->energy(particles.block(p, 1)), 1e-12 * size));
+            }
+        }
+    }
+    CHECK(laws >= 10);
+}

@@ -27,7 +27,12 @@ struct Sample {
     std::vector<BondCandidate> screen(std::size_t first, std::size_t count) {
         std::vector<BondCandidate> room(particles.bonds().size());
         CandidateList found{room.data(), 0};
-        criterion->screen(particles.block(first, count), found);
+        Block<Real> b = particles.block(first, count);
+        particles.evaluate();
+        auto energy = particles.bond_energies();
+        for (auto& end : energy) end.resize(end.size() + kSlotPadding);
+        b.stored = {energy[0].data() + b.family.row[0], energy[1].data() + b.family.row[0]};
+        criterion->screen(b, found);
         room.resize(found.size);
         return room;
     }

@@ -17,14 +17,15 @@ inline std::vector<std::string> names_of(perimpm::Family family) {
     return names;
 }
 
-/// The table that a model accepts when only what it must have is given: numbers well inside their range, 1e6 for Pa.
-/// A declared Young's modulus or critical stretch is always given, since models may require it depending on other keys.
+/// The table that a model accepts when only what it must have is given: numbers well inside their range, 1e6 for Pa and J/m^6.
+/// A declared Young's modulus, critical stretch or energy is always given, since models may require it depending on other keys.
 inline std::string smallest_table(perimpm::Family family, const std::string& name) {
     const perimpm::PluginDescriptor& d = *perimpm::open_plugin(family, name).descriptor;
     std::string table;
     for (std::uint32_t k = 0; k < d.param_count; ++k) {
         const perimpm::ParamSpec& spec = d.params[k];
-        const bool wanted = std::string(spec.key) == "youngs_modulus" || std::string(spec.key) == "critical_stretch";
+        const bool wanted = std::string(spec.key) == "youngs_modulus" || std::string(spec.key) == "critical_stretch" ||
+                            std::string(spec.key) == "critical_energy";
         const bool has_default = !std::isnan(spec.default_value) || spec.default_text || spec.optional;
         if (has_default && !wanted) continue;
         if (spec.kind == perimpm::ParamKind::model) {
@@ -32,10 +33,10 @@ inline std::string smallest_table(perimpm::Family family, const std::string& nam
             continue;
         }
         const double low = spec.range.low, high = spec.range.high;
-        const double value = std::string(spec.unit) == "Pa"              ? 1e6
-                             : std::isfinite(low) && std::isfinite(high) ? (low + high) / 2
-                             : std::isfinite(low)                        ? low + 1
-                                                                         : 1.0;
+        const double value = std::string(spec.unit) == "Pa" || std::string(spec.unit) == "J/m^6" ? 1e6
+                             : std::isfinite(low) && std::isfinite(high)                         ? (low + high) / 2
+                             : std::isfinite(low)                                                ? low + 1
+                                                                                                 : 1.0;
         table += fmt::format("{} = {}\n", spec.key, value);
     }
     return table;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <random>
 #include <vector>
@@ -110,6 +111,19 @@ public:
         perimpm::Block<Real> all = block();
         if (needs_.prepare) law_.prepare(all);
         return law_.energy(block(first, count));
+    }
+
+    /// Energy of each bond at its two ends [J], by slot, of the state evaluated last.
+    std::array<std::vector<Real>, 2> bond_energies(std::size_t chunk = ~std::size_t{0}) {
+        std::array<std::vector<Real>, 2> ends;
+        for (std::vector<Real>& end : ends) end.assign(bonds_.size() + perimpm::kSlotPadding, Real(-1));
+        for (std::size_t first = 0; first < size(); first += std::min(chunk, size())) {
+            perimpm::Block<Real> b = block(first, std::min(chunk, size() - first));
+            b.stored = {ends[0].data() + b.family.row[0], ends[1].data() + b.family.row[0]};
+            law_.bond_energy(b);
+        }
+        for (std::vector<Real>& end : ends) end.resize(bonds_.size());
+        return ends;
     }
 
     Mat3 tau(std::size_t p) const {

@@ -41,9 +41,9 @@ def mixed() -> Tree:
     return scene(laws, bodies, H, dx=DX, precision="float")
 
 
-def breaking(transfer: str) -> Tree:
-    tree = block_of(PD_BOND, transfer={"type": transfer})
-    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.02}
+def breaking(transfer: str, law: Tree = PD_BOND, fracture: Tree | None = None) -> Tree:
+    tree = block_of(law, transfer={"type": transfer})
+    tree["material"]["m"]["fracture"] = fracture or {"type": "critical_stretch", "critical_stretch": 0.02}
     return tree
 
 
@@ -68,6 +68,11 @@ SCENES = {
     "mixed, colliders": lambda: thrown(mixed(), [*COMMON, "body"], collider=[FLOOR, BALL]),
     "fracture": lambda: thrown(breaking("apic"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
     "plane_cut, other bodies": lambda: thrown(pieces(), [*COMMON, "fragment"], collider=[FLOOR, BALL]),
+    "fracture by energy": lambda: thrown(
+        breaking("apic", PD_ELASTIC, {"type": "energy", "fracture_energy": 0.5}),
+        [*COMMON, "broken_bonds"],
+        collider=[FLOOR],
+    ),
     "fracture without grid": lambda: thrown(breaking("particle"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
 }
 

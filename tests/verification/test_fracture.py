@@ -25,9 +25,11 @@ def cut(to_x: float, y: float) -> Tree:
     return {"shape": {"type": "rectangle", "corner": [-1.0, y, -1.0], "edge_u": [1.0 + to_x, 0, 0], "edge_v": [0, 0, 2.0]}}
 
 
-def brittle(law: Tree, shape: Tree, spacing: float, energy: float, density: float, **more: Any) -> Tree:
+def brittle(
+    law: Tree, shape: Tree, spacing: float, energy: float, density: float, criterion: str = "critical_stretch", **more: Any
+) -> Tree:
     tree = scene(law, shape, spacing, transfer={"type": "particle"}, density=density, **more)
-    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "fracture_energy": energy}
+    tree["material"]["m"]["fracture"] = {"type": criterion, "fracture_energy": energy}
     if shape["type"] == "rectangle":
         tree["body"][0]["thickness"] = 1e-3
     return tree
@@ -50,7 +52,7 @@ class TestGriffithStrip:
         poisson = law.get("poisson_ratio", 1 / 3)
         return float(np.sqrt(2 * self.ENERGY * (1 - poisson**2) / (self.YOUNG * self.HEIGHT)))
 
-    def strip(self, law: Tree, pull: float, damping: float) -> perimpm.Simulation:
+    def strip(self, law: Tree, pull: float, damping: float, **more: Any) -> perimpm.Simulation:
         """Its grips, two layers of particles each, move apart at `pull` [m/s] each."""
         height, grip = self.HEIGHT, 2 * self.SPACING
         held = [
@@ -59,9 +61,8 @@ class TestGriffithStrip:
         ]
         notch = cut(self.LENGTH / 2, height / 2)
         plate = sheet(self.LENGTH, height)
-        tree = brittle(
-            law | {"youngs_modulus": self.YOUNG}, plate, self.SPACING, self.ENERGY, 2500.0, condition=held, crack=[notch]
-        )
+        stiff = law | {"youngs_modulus": self.YOUNG}
+        tree = brittle(stiff, plate, self.SPACING, self.ENERGY, 2500.0, condition=held, crack=[notch], **more)
         tree["simulation"]["damping"] = damping
         return perimpm.Simulation(tree)
 
@@ -88,11 +89,12 @@ class TestGriffithStrip:
         assert 1.25 >= found[0] >= found[1] >= found[2] >= 1
         assert found[2] <= 1.1
 
+    @pytest.mark.parametrize("criterion", ["critical_stretch", "energy"])
     @pytest.mark.parametrize("horizon", [3.015, 4.015])
-    def test_ledger(self, horizon: float) -> None:
+    def test_ledger(self, horizon: float, criterion: str) -> None:
         """D1: what a slow crack takes from a stretched strip whose grips are held, over G0 times its area. Bonds beside the
         plane break, too: 4 for every 18 that cross it (horizon 3.015), and more the harder the crack is driven."""
-        sim = self.strip(BOND | {"horizon": horizon}, 0.0, 0.0)
+        sim = self.strip(BOND | {"horizon": horizon}, 0.0, 0.0, criterion=criterion)
         X = np.array(sim.particles["x"])
         sim.particles["x"][:, 1] += 1.15 * self.critical_strain(BOND) * (X[:, 1] - self.HEIGHT / 2)
         sim.step(2)
@@ -104,13 +106,20 @@ class TestGriffithStrip:
         taken = (before.elastic + before.kinetic - after.elastic - after.kinetic) / (self.ENERGY * length * 1e-3)
         columns = length / self.SPACING
         more = (int(np.sum(sim.particles.of("m")["broken_bonds"])) - broken) / 2 / columns
-        print(f"\nhorizon {horizon}: {taken:.3f} G0 over {columns:.0f} spacings, {more:.1f} bonds in each")
+        print(f"\n{criterion}, horizon {horizon}: {taken:.3f} G0 over {columns:.0f} spacings, {more:.1f} bonds in each")
         assert columns > 20
         assert 1 <= taken <= 1.2
 
 
-@pytest.mark.parametrize("law", [BOND, LPS, ELASTIC], **NAMES)
-def test_crack_speed_in_a_plate(law: Tree) -> None:
+@pytest.mark.parametrize(
+    ("law", "criterion"),
+    [
+        *((law, "critical_stretch") for law in (BOND, LPS, ELASTIC)),
+        *((law, "energy") for law in (BOND, LPS | {"influence": "inverse"})),
+    ],
+    **NAMES,
+)
+def test_crack_speed_in_a_plate(law: Tree, criterion: str) -> None:
     """D3: plate 100 x 100 x 10 mm with a notch of half its width, edges pulled at 0.1 m/s."""
     side, rayleigh, speeds = 0.1, 2080.4, []
     for n in (45, 60):
@@ -122,7 +131,8 @@ def test_crack_speed_in_a_plate(law: Tree) -> None:
         ]
         stiff = law | {"youngs_modulus": 32e9, "horizon": 3.015}
         plate = box([0, 0, 0], [side, side, round(0.01 / h) * h])
-        tree = brittle(stiff, plate, h, 100.0, 2500.0, crack=[cut(side / 2, middle)], condition=pulled)
+        notch = cut(side / 2, middle)
+        tree = brittle(stiff, plate, h, 100.0, 2500.0, criterion, crack=[notch], condition=pulled)
         sim = perimpm.Simulation(tree)
         X, tips = np.array(sim.particles["x"]), []
         while sim.time < 3e-4:
@@ -134,7 +144,7 @@ def test_crack_speed_in_a_plate(law: Tree) -> None:
         t, x, y = np.array(tips).T
         window = (x > 0.6 * side) & (x < 0.85 * side)
         speeds.append(float(np.polyfit(t[window], x[window], 1)[0]) / rayleigh)
-        print(f"\n{law['type']}, {n} per side: {speeds[-1]:.3f} c_R, {np.sum(window)} samples")
+        print(f"\n{law['type']}, {criterion}, {n} per side: {speeds[-1]:.3f} c_R, {np.sum(window)} samples")
         assert np.sum(window) >= 5
         assert 0.4 < speeds[-1] < 1.0
         assert np.max(np.abs(y[window] - middle)) <= 2 * h
@@ -278,5 +288,18 @@ def test_out_of_reach_is_no_criterion() -> None:
         return np.array(sim.particles["x"])
 
     whole = end(None)
-    for fracture in ({"type": "critical_stretch", "critical_stretch": 1e25}, {"type": "plane_cut", "threshold": 1e25}):
+    for fracture in (
+        {"type": "critical_stretch", "critical_stretch": 1e25},
+        {"type": "energy", "critical_energy": 1e25},
+        {"type": "plane_cut", "threshold": 1e25},
+    ):
         assert np.array_equal(whole, end(fracture))
+
+
+def test_energy_needs_a_law_that_knows_its_bonds() -> None:
+    law = {"type": "pd_correspondence", "law": {"type": "neo_hookean", "youngs_modulus": 1e5}}
+    tree = scene(law, box([0] * 3, [0.6] * 3), 0.1)
+    for limit in ("fracture_energy", "critical_energy"):
+        tree["material"]["m"]["fracture"] = {"type": "energy", limit: 1.0}
+        with pytest.raises(perimpm.InputError, match="'pd_correspondence' .*use pd_bond, pd_lps, pd_elastic"):
+            perimpm.Simulation(tree)

@@ -16,6 +16,12 @@ LayerSample sample_mesh_surface(const std::string& file, const MeshPlacement& pl
     return sample;
 }
 
+TriangleMesh read_mesh(const std::string& file, const MeshPlacement& placement) {
+    TriangleMesh mesh;
+    reinterpret_cast<ReadMesh*>(open_module("mesh", "perimpm_read_mesh"))(file, placement, mesh);
+    return mesh;
+}
+
 TriangleMesh surface_around(const std::vector<Vec3>& points, double spacing) {
     TriangleMesh mesh;
     reinterpret_cast<SurfaceAround*>(open_module("mesh", "perimpm_surface_around"))(points, spacing, mesh);

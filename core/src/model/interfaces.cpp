@@ -1,5 +1,6 @@
 // The interfaces' virtual tables and type information live here, once, so that every plugin shares them.
 #include <limits>
+#include <stdexcept>
 
 #include "perimpm/model/constitutive_law.hpp"
 #include "perimpm/model/fracture_criterion.hpp"
@@ -13,6 +14,11 @@ ConstitutiveLaw<Real>::~ConstitutiveLaw() = default;
 template <class Real>
 double ConstitutiveLaw<Real>::stable_time_step(const Block<Real>&) const {
     return std::numeric_limits<double>::infinity();
+}
+
+template <class Real>
+void ConstitutiveLaw<Real>::bond_energy(const Block<Real>&) const {
+    throw std::logic_error("this law does not declare stores_in_bonds: it has no energy per bond");
 }
 
 template <class Real>

@@ -16,7 +16,7 @@ namespace {
 struct Kind {
     const char* type;
     const std::span<const ParamSpec>& keys;
-    Patch (*read)(const Reader&);
+    Patch (*read)(const Reader&);  ///< null: triangles, whose file is read when the crack opens
 };
 
 Vec3 direction(const Reader& r, const char* key) {
@@ -38,6 +38,7 @@ const Kind kKinds[] = {
      }},
     {"plane", keys::kPlane,
      [](const Reader& r) { return Patch{.origin = vec3(r, "point"), .normal = direction(r, "normal")}; }},
+    {"mesh", keys::kMesh, nullptr},
 };
 
 const Kind& kind_of(const Value& shape, const std::string& what) {
@@ -52,9 +53,15 @@ CrackSpec read_crack(const Value& table, std::size_t index, const Scene& scene) 
     const std::string default_name = fmt::format("crack {}", index);
     const Reader r{table, keys::kCrack, default_name};
     const std::string what = "shape of " + default_name;
-    const Kind& kind = kind_of(*r.value("shape"), what);
+    const Value& shape = *r.value("shape");
+    const Kind& kind = kind_of(shape, what);
+    std::optional<Patch> patch;
+    if (kind.read)
+        patch = kind.read(Reader{shape, kind.keys, fmt::format("{} ('{}')", what, kind.type), kType});
+    else
+        check_shape(shape, what, scene.folder, false);
     return {.name = r.given("name") ? r.text("name") : default_name,
-            .patch = kind.read(Reader{*r.value("shape"), kind.keys, fmt::format("{} ('{}')", what, kind.type), kType}),
+            .patch = patch,
             .body = named_index(r, "body", scene.bodies),
             .source = table};
 }

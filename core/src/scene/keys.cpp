@@ -198,7 +198,7 @@ constexpr ParamSpec kCrackTable[] = {
     {.key = "name", .kind = text, .optional = true, .doc = "default: crack N"},
     {.key = "shape",
      .kind = table,
-     .doc = "{ type = rectangle, disc or plane, its parameters }: bonds that cross it at t = 0 are broken"},
+     .doc = "{ type = rectangle, disc, plane or mesh, its parameters }: bonds that cross it at t = 0 are broken"},
     {.key = "body", .kind = text, .optional = true, .doc = "only bonds of this body"},
 };
 constexpr ParamSpec kOutputTable[] = {
@@ -241,7 +241,7 @@ constexpr ParamSpec kPlaneTable[] = {
 constexpr ParamSpec kMeshTable[] = {
     {.key = "file",
      .kind = text,
-     .doc = "triangle mesh (obj, ply, stl, gltf, glb), relative to the scene; closed unless for a sheet"},
+     .doc = "triangle mesh (obj, ply, stl, gltf, glb), relative to the scene; closed unless for a sheet or a crack"},
     {.key = "scale", .range = above(0.0), .default_value = 1.0, .doc = "applied first"},
     {.key = "rotation",
      .kind = vector,
@@ -309,8 +309,8 @@ std::vector<SectionDoc> scene_reference() {
                 kPolylineTable),
         section("plane", "shape = { type = \"plane\" }",
                 "half space below a plane; colliders and conditions; the plane itself: cracks", kPlaneTable),
-        section("mesh", "shape = { type = \"mesh\" }", "solid inside a mesh, or with a thickness its surface",
-                kMeshTable),
+        section("mesh", "shape = { type = \"mesh\" }",
+                "solid inside a mesh, or with a thickness its surface; cracks: its surface", kMeshTable),
         section("output", "[output]", "what the folder of a run holds besides run.json and energy.csv", kOutputTable),
     };
 }

@@ -107,6 +107,15 @@ void complete_materials(Value& table, const Scene& scene) {
     }
 }
 
+/// Mesh files get their whole paths.
+void complete_shape(Value& shape, std::span<const ParamSpec> keys, const std::string& folder) {
+    complete(shape, keys);
+    if (Value* file = shape.find("file"); file && std::get<std::string>(shape.find("type")->data) == "mesh")
+        file->data = std::filesystem::absolute(std::filesystem::path{folder} / std::get<std::string>(file->data))
+                         .lexically_normal()
+                         .string();
+}
+
 /// A body, collider or condition: its name, its keys, its shape.
 template <class Spec>
 void complete_part(Value& table, const Spec& spec, std::span<const ParamSpec> keys, const std::string& folder) {
@@ -114,11 +123,7 @@ void complete_part(Value& table, const Spec& spec, std::span<const ParamSpec> ke
     complete(table, keys);
     if (!table.find("shape")) return;  // a condition without one is for all particles
     Value& shape = entry(table, "shape");
-    complete(shape, shape_keys(shape));
-    if (Value* file = shape.find("file"); file && std::get<std::string>(shape.find("type")->data) == "mesh")
-        file->data = std::filesystem::absolute(std::filesystem::path{folder} / std::get<std::string>(file->data))
-                         .lexically_normal()
-                         .string();
+    complete_shape(shape, shape_keys(shape), folder);
 }
 
 }  // namespace
@@ -146,7 +151,7 @@ Value resolved_scene(const Scene& scene) {
         Value& crack = std::get<Value::List>(entry(tree, "crack").data)[c];
         entry(crack, "name").data = scene.cracks[c].name;
         complete(crack, keys::kCrack);
-        complete(entry(crack, "shape"), patch_keys(entry(crack, "shape")));
+        complete_shape(entry(crack, "shape"), patch_keys(entry(crack, "shape")), scene.folder);
     }
     return tree;
 }

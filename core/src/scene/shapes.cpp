@@ -162,4 +162,9 @@ LayerSample sample_layer(const BodySpec& body, const std::string& folder, double
     return sample_mesh_surface(mesh_path(r, folder), placement(r), spacing, body.seed);
 }
 
+TriangleMesh read_triangles(const Value& shape, const std::string& folder) {
+    const Reader r = read_shape(shape, kind_of(shape, "shape"), "shape");
+    return read_mesh(mesh_path(r, folder), placement(r));
+}
+
 }  // namespace perimpm

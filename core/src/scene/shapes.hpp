@@ -23,6 +23,9 @@ PERIMPM_API LayerSample sample_layer(const BodySpec& body, const std::string& fo
 /// How many particles that will be, as far as the scene tells without opening a mesh, of which 0 are counted.
 PERIMPM_API double layer_count(const BodySpec& body, double spacing);
 
+/// The triangles of a checked shape of type "mesh"; relative files start in `folder`.
+PERIMPM_API TriangleMesh read_triangles(const Value& shape, const std::string& folder);
+
 /// The keys of a checked shape's type.
 std::span<const ParamSpec> shape_keys(const Value& shape);
 

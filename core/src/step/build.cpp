@@ -170,8 +170,16 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
                          fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
                                      spec.criterion.type, spec.law.type, spec.name));
     m.criterion_name = spec.criterion.type;
-    context.opening_energy = m.needs.opening_energy;
+    context.opening_energy = m.needs.opening_energy, context.horizon = m.needs.horizon;
+    context.volumes = m.needs.volumes;
     m.criterion = create_model<FractureCriterion, Real>(spec.criterion, context);
+    if (m.criterion->asks_bond_energy() && !m.needs.stores_in_bonds)
+        throw InputError(
+            spec.criterion.source.place.text(),
+            fmt::format("criterion '{}' needs the energy of each bond, which law '{}' of material '{}' does "
+                        "not know: use pd_bond, pd_lps, pd_elastic or deviatoric_plastic, or another "
+                        "criterion (critical_stretch, plane_cut)",
+                        spec.criterion.type, spec.law.type, spec.name));
     require_sound(m.criterion->interval() >= 1, spec.criterion,
                   "a criterion is asked every 1 or more steps, not every 0");
 }
@@ -223,8 +231,10 @@ void create_fields(World<Real>& w, Material<Real>& m) {
 template <class Real>
 void create_candidate_buffers(World<Real>& w) {
     std::size_t longest = 0;
+    bool asks_energy = false;
     for (Material<Real>& m : w.materials) {
         if (!m.criterion) continue;
+        asks_energy = asks_energy || m.criterion->asks_bond_energy();
         m.found.resize(m.chunks());
         m.stretch.resize(m.chunks(), std::numeric_limits<double>::infinity());
         m.touched.resize(m.chunks());
@@ -232,7 +242,12 @@ void create_candidate_buffers(World<Real>& w) {
             longest = std::max<std::size_t>(
                 longest, m.bonds.row[std::min<std::size_t>(m.size, (c + 1) * kChunk)] - m.bonds.row[c * kChunk]);
     }
-    for (Scratch<Real>& s : w.scratch) s.candidates = AlignedArray<BondCandidate>(longest);
+    for (Scratch<Real>& s : w.scratch) {
+        s.candidates = AlignedArray<BondCandidate>(longest);
+        if (!asks_energy) continue;
+        s.own_energy = AlignedArray<Real>(longest, kSlotPadding);
+        s.other_energy = AlignedArray<Real>(longest, kSlotPadding);
+    }
 }
 
 /// Which materials' cracks leave the grid, the step that this allows, and the contact of their surfaces: as stiff as a fourth

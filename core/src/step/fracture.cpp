@@ -13,7 +13,12 @@ void screen(World<Real>& w, Material<Real>& m) {
     for_each_chunk(w, m, [&](std::size_t c, Block<Real>& b) {
         m.found[c].clear();
         if (m.stretch[c] <= harmless) return;
-        CandidateList list{w.own_scratch().candidates.data(), 0};
+        Scratch<Real>& scratch = w.own_scratch();
+        CandidateList list{scratch.candidates.data(), 0};
+        if (m.criterion->asks_bond_energy()) {
+            b.stored = {scratch.own_energy.data(), scratch.other_energy.data()};
+            m.law->bond_energy(b);
+        }
         m.criterion->screen(b, list);
         for (std::uint32_t k = 0; k < list.size; ++k)
             if (m.may_part(list.data[k].particle, m.bonds.neighbour[list.data[k].bond]))

@@ -122,6 +122,7 @@ struct Scratch {
         force{kChunk, 3};  ///< bond laws' particles in grid order; v and C on their way from gather to scatter
     AlignedArray<Real> mass{kChunk}, volume{kChunk};
     AlignedArray<BondCandidate> candidates;
+    AlignedArray<Real> own_energy, other_energy;  ///< criteria that ask for them: of a chunk's bonds
     NearObstacles near;
 };
 

@@ -95,7 +95,7 @@ inline std::string gltf_text(const Mesh& cube, const std::string& scale = "[1,1,
     return gltf_json(R"(,"uri":"data:application/octet-stream;base64,)" + base64(gltf_buffer(cube)) + '"', scale);
 }
 
-std::string word(std::size_t value) {  // 32 bits, little endian
+inline std::string word(std::size_t value) {  // 32 bits, little endian
     std::string bytes;
     for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(value >> shift & 255);
     return bytes;

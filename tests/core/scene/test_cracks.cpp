@@ -26,17 +26,17 @@ TEST_CASE("scene: cracks are rectangles, discs and planes", "[scene]") {
     CHECK(s.cracks[0].name == "crack 0");
     CHECK(s.cracks[1].name == "penny");
     CHECK(s.cracks[1].body == 0u);
-    const Patch& rectangle = s.cracks[0].patch;
+    const Patch& rectangle = s.cracks[0].patch.value();
     CHECK(rectangle.crosses({1, -1, 0.5}, {1, 1, 0.5}));
     CHECK(rectangle.crosses({1, 1, 0.5}, {1, -1, 0.5}));
     CHECK(rectangle.crosses({0, -1, 0.5}, {2, 1, 0.5}));
     CHECK_FALSE(rectangle.crosses({3, -1, 0.5}, {3, 1, 0.5}));
     CHECK_FALSE(rectangle.crosses({1, -1, 1.5}, {1, 1, 1.5}));
     CHECK_FALSE(rectangle.crosses({1, 0.5, 0.5}, {1, 1, 0.5}));
-    const Patch& disc = s.cracks[1].patch;
+    const Patch& disc = s.cracks[1].patch.value();
     CHECK(disc.crosses({0.3, 0, 0.3}, {0.3, 2, 0.3}));
     CHECK_FALSE(disc.crosses({0.4, 0, 0.4}, {0.4, 2, 0.4}));
-    CHECK(s.cracks[2].patch.crosses({100, 0, 2}, {100, 0, 4}));
+    CHECK(s.cracks[2].patch.value().crosses({100, 0, 2}, {100, 0, 4}));
 }
 
 TEST_CASE("scene: a point on a crack counts to one side only", "[scene]") {
@@ -56,4 +56,5 @@ TEST_CASE("scene: cracks that make no sense are refused", "[scene]") {
     CHECK(contains(refusal(R"({ body = "bod", shape = { type = "plane", point = [0, 0, 0], normal = [0, 1, 0] } })"),
                    "body 0"));
     CHECK(contains(refusal(R"({ })"), "missing key 'shape'"));
+    CHECK(contains(refusal(R"({ shape = { type = "mesh", file = "no.obj" } })"), "names 'no.obj', which is not"));
 }

@@ -78,6 +78,9 @@ struct TriangleMesh {
     std::vector<Vec3> points;
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
+/// The triangles of a mesh, which may be open. Opens the mesh module. Throws InputError for files as make_mesh does, and for
+/// triangles without area.
+PERIMPM_API TriangleMesh read_mesh(const std::string& file, const MeshPlacement& placement);
 /// The closed surface of the solid that particles at these places fill, `spacing` apart: half a spacing beyond the outermost.
 /// What is narrower than two spacings is filled. Opens the mesh module. Throws InputError for a spacing that is not positive
 /// and for places that are not finite.

@@ -28,6 +28,14 @@ struct Families {
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
 };
 
+/// Energy that bonds store at their own and at their other end [J]. Bonds of a block, the first of its first particle
+/// foremost; may be written up to kSlotPadding entries past its end.
+template <class Real>
+struct BondEnergy {
+    Real* own = nullptr;
+    Real* other = nullptr;
+};
+
 /// What a law sees: a run of particles of one material. Fields start at the block's first particle, except those of
 /// `family` and `bond_state`, which are indexed over the whole material. Plain data: it crosses library borders.
 template <class Real>
@@ -48,6 +56,7 @@ struct Block {
     Real* bond_state[kMaxStateFields] = {};            ///< declared bond fields, by slot over the whole material
     Field<Real> family_state[kMaxStateFields] = {};    ///< particle_state again, indexed over the whole material
     Families<Real> family;                             ///< bond laws
+    BondEnergy<Real> stored;                           ///< out: of `bond_energy`; in: criteria that ask for it
     Real largest_stretch = 0;                          ///< out: (|Y| - |X|)/|X| of the block's live bonds, at least 0
 };
 

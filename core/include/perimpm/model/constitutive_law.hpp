@@ -22,12 +22,14 @@ struct LawNeeds {
     bool stress = false;           ///< bond laws: `evaluate` writes tau, whose divergence the grid takes, and no force
     bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
     bool reports_stretch = false;  ///< bond laws: `evaluate` fills Block::largest_stretch
+    bool stores_in_bonds = false;  ///< bond laws: `bond_energy` says how much energy each bond stores
     bool may_refuse = false;       ///< local laws: `evaluate` throws for some deformation gradients
     double horizon = 0;            ///< bond laws: family radius, rim included [m]
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     EffectiveModuli moduli = {};
+    BondVolumes volumes = {};  ///< bond laws: what counts of a neighbour's volume
     /// Bond laws: energy per area of the bonds across a plane of the lattice, all stretched alike, over the square of the
     /// stretch; NaN where the law does not know it [J/m^2].
     double opening_energy = std::numeric_limits<double>::quiet_NaN();
@@ -55,6 +57,9 @@ public:
     virtual double stable_time_step(const Block<Real>& b) const;
     /// Stored energy of the block [J]; NaN where the law has none.
     virtual double energy(const Block<Real>& b) const = 0;
+    /// Laws that declare `stores_in_bonds`, after `prepare` of every block: energy of each bond of the block into b.stored,
+    /// 0 where broken. A particle's bonds hold, with what they store at its own end, all of its stored energy.
+    virtual void bond_energy(const Block<Real>& b) const;
 };
 
 extern template class ConstitutiveLaw<float>;

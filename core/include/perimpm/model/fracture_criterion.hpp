@@ -36,6 +36,8 @@ public:
     /// No bond with a stretch (|Y| - |X|)/|X| up to this is ever in question: blocks without longer ones are not screened,
     /// which saves a pass over their bonds. Default: every block is screened.
     virtual double harmless_stretch() const noexcept { return -std::numeric_limits<double>::infinity(); }
+    /// Whether `screen` reads b.stored: core asks the law for the energies of the block's bonds first.
+    virtual bool asks_bond_energy() const noexcept { return false; }
     /// Finds the live bonds in question; in parallel on disjoint blocks.
     virtual void screen(const Block<Real>& b, CandidateList& found) const = 0;
     /// Once for the whole material, when screening found something, in order of slot: puts the bonds to cut into `cuts`,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -58,6 +59,16 @@ struct ModelChoice {
     std::uint32_t count;
 };
 
+/// Share of a neighbour's volume that counts in a bond of length |X|: clip((radius - |X|)/rim + 1/2, 0, 1), and all of it
+/// where rim = 0. Metres.
+struct BondVolumes {
+    double radius = 0, rim = 0;
+
+    double operator()(double X) const {
+        return rim > 0 ? std::fmin(std::fmax((radius - X) / rim + 0.5, 0.0), 1.0) : 1.0;
+    }
+};
+
 /// What a model may ask about its surroundings; SI units, 0 where unknown.
 struct ModelContext {
     double density = 0;           ///< of the material [kg/m^3]
@@ -66,6 +77,8 @@ struct ModelContext {
     std::uint32_t dimension = 3;  ///< of the material's bodies: 3 solids, 2 sheets, 1 strands
     double across = 1;            ///< what a particle spans across its body: 1, thickness [m], cross-section [m^2]
     double opening_energy = 0;    ///< criteria: LawNeeds::opening_energy of the material's law [J/m^2]
+    double horizon = 0;           ///< criteria: LawNeeds::horizon of the material's law [m]
+    BondVolumes volumes = {};     ///< criteria: LawNeeds::volumes of the material's law
 };
 
 /// Read access for a model's constructor. A key that the model's table does not declare is a programming error.

@@ -53,9 +53,11 @@ public:
         LawNeeds n{.bonds = true,
                    .prepare = form_ != Form::springs || yields(),
                    .reports_stretch = true,
+                   .stores_in_bonds = true,
                    .horizon = influence_.reach(),
                    .rounds = 2,
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
+                   .volumes = influence_.volumes(),
                    .opening_energy = opening_energy_};
         n.particle_state = kept(particle_fields_);
         n.bond_state = kept(bond_fields_);
@@ -114,6 +116,35 @@ public:
         return total;
     }
 
+    /// The terms of (5) at both ends.
+    void bond_energy(const Block<Real>& b) const override {
+        const P half_lambda = real(0.5 * moduli_.lambda), mu = real(moduli_.mu);
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            const std::size_t p = std::size_t{b.first + i};
+            const Real* F =
+                form_ == Form::springs ? nullptr : b.family_state[kMeanDeformation].data + MeanRecord::kWidth * p;
+            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+                P Y[3];
+                bonds.difference(b.family.position, b.family.position + 4 * p, Y);
+                const P rest = rest_length(b, bonds), rest_there = rest_length_there(b, bonds, rest), y = norm(Y);
+                P here = half_lambda * (y - rest) * (y - rest),
+                  there = half_lambda * (y - rest_there) * (y - rest_there);
+                if (F) {
+                    P X[3], mean[3], mean_there[3], other[12];
+                    for (std::size_t q = 0; q < 12; q += 4)
+                        gather_quads<MeanRecord::kWidth>(b.family_state[kMeanDeformation].data + q, bonds.neighbour,
+                                                         other + q);
+                    bonds.difference(b.family.reference, b.family.reference + 4 * p, X);
+                    deform(X, mean, F), deform(X, mean_there, other);
+                    const P averaged = norm(mean) - rest, averaged_there = norm(mean_there) - rest_there;
+                    here += mu * averaged * averaged, there += mu * averaged_there * averaged_there;
+                }
+                const P own = own_stiffness(b, i, bonds), both = bonds.load(b.bond_state[at_.stiffness]);
+                store_energy(b, bonds, live * own * here, live * (both - own) * there);
+            });
+        }
+    }
+
 protected:
     bool yields() const {
         if constexpr (Flow::kMayYield) return flow_.active();
@@ -168,6 +199,14 @@ private:
     P rest_length(const Block<Real>& b, const BondPack<Real>& bonds) const {
         const P length = bonds.load(b.family.length);
         return at_.strain < 0 ? length : length + length * bonds.load(b.bond_state[at_.strain]);
+    }
+    /// The same at the bond's other end.
+    P rest_length_there(const Block<Real>& b, const BondPack<Real>& bonds, const P& rest) const {
+        if constexpr (Flow::kMayYield) {
+            const P length = bonds.load(b.family.length);
+            if (at_.strain >= 0) return length + length * flow_.at_other_end(b, bonds, flow_fields_);
+        }
+        return rest;
     }
     P own_stiffness(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds) const {
         if (at_.own >= 0) return bonds.load(b.bond_state[at_.own]);

@@ -54,18 +54,34 @@ public:
 
     /// sum S_pq (|Y-| - |X| - e_p |X|)/|Y-| X (x) X for Y- = F X: xx xy xz yy yz zz, and two numbers without meaning.
     PERIMPM_INLINE void sum_averaged(std::uint32_t i, const Real F[9], Real sums[8]) const {
-        P sum[8] = {};
         const Real* strain = at_.strain < 0 ? nullptr : b_.bond_state[at_.strain];
-        for_each_averaged(i, F, strain, [&](const P[3], const P XX[6], const P& pull) PERIMPM_INLINE_LAMBDA {
+        Real twice[6];
+        twice_strain(F, twice);
+        P sum[8] = {};
+        for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
+            const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
+            P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2 = X.(2 E X): costs no digits where strains are small
+            for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
+            const P length = bonds.load(b_.family.length), square = length * length;
+            const P z = sqrt(larger(square + longer, P(0))), both = z + length;
+            if (strain) longer -= length * bonds.load(strain) * both;
+            const P divisor = at_.own_is_exact ? P(z * both) : P(z * both * square);
+            const P pull = own * (longer * inverse_length(divisor));
             for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
         });
         reduce_four(sum, sums), reduce_four(sum + 4, sums + 4);
         for (int c = 0; c < 6; ++c) sums[c] *= scale(i);
     }
-    /// sum S_pq (|Y-| - |X|)/|Y-| X, and a number without meaning.
+    /// sum S_pq (|Y-| - |X|)/|Y-| X, and a number without meaning. Rounded as the neighbours' terms are in
+    /// `force_as_printed`: the two ends of a bond pull alike.
     PERIMPM_INLINE void sum_averaged_pulls(std::uint32_t i, const Real F[9], Real sums[4]) const {
         P sum[4] = {};
-        for_each_averaged(i, F, nullptr, [&](const P X[3], const P[6], const P& pull) PERIMPM_INLINE_LAMBDA {
+        for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
+            P mean[3];
+            deform(X, mean, F);
+            const P length = bonds.load(b_.family.length);
+            const P stiffness = at_.own_is_exact ? own : P(own / (length * length));
+            const P pull = stiffness * relative_extension(mean, length);
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
         });
         reduce_four(sum, sums);
@@ -125,17 +141,13 @@ private:
     PERIMPM_INLINE static P kept(const Real* entry, int c) {
         return P(entry + c * kLanes<Real>, std::experimental::vector_aligned);
     }
-    /// Second sweep: body(X, X (x) X, S_pq (|Y-| - |X| - e_p |X|)/|Y-| over `scale`) for the packs of bonds; e_p = 0
-    /// without `strain`. With 2 E = F^T F - 1, |Y-|^2 - |X|^2 = X.(2 E X) costs no digits where strains are small. S_pq is
-    /// made from what the first sweep kept: another number per bond would have to come from memory.
+    /// Second sweep: body(pack, X, S_pq over `scale`, times |X|^2 unless `own_is_exact`) for the packs of bonds. S_pq is made
+    /// from what the first sweep kept: another number per bond would have to come from memory.
     template <class Body>
-    PERIMPM_INLINE void for_each_averaged(std::uint32_t i, const Real F[9], const Real* strain, Body body) const {
-        const Real* lengths = b_.family.length;
-        const Real* own = at_.own_is_exact ? b_.bond_state[at_.own] : nullptr;
+    PERIMPM_INLINE void for_each_kept(std::uint32_t i, Body body) const {
+        const Real* exact = at_.own_is_exact ? b_.bond_state[at_.own] : nullptr;
         const Real* influence = influence_by_slot();
         const bool whole = b_.family.row[i + 1] - b_.family.row[i] <= kKept * kLanes<Real>;
-        Real twice[6];
-        twice_strain(F, twice);
         const Real* from = kept_;
         for_each_bond(b_, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P X[4];
@@ -143,16 +155,8 @@ private:
                 for (int c = 0; c < 4; ++c) X[c] = kept(from, c);
             else
                 fetch(i, bonds, live, influence, X);
-            const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
-            P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2
-            for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length(lengths + bonds.slot, std::experimental::element_aligned), square = length * length;
-            const P z = sqrt(larger(square + longer, P(0))), both = z + length;
-            if (strain) longer -= length * bonds.load(strain) * both;
-            P weight = X[3], divisor = z * both * square;
-            if (own) weight = live * bonds.load(own), divisor = z * both;
-            body(X, XX, P(weight * (longer * inverse_length(divisor))));
             from += kEntry;
+            body(bonds, X, exact ? P(live * bonds.load(exact)) : X[3]);
         });
     }
     /// 2 E = F^T F - 1: xx, 2 xy, 2 xz, yy, 2 yz, zz.

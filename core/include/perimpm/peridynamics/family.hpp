@@ -93,6 +93,16 @@ PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, Body bo
     for_each_bond(b, i, b.family.row[i], b.family.row[i + 1], body);
 }
 
+/// ConstitutiveLaw::bond_energy of a pack of bonds. Packs come in order of slot: one that reaches into the next row is
+/// overwritten by that row's first.
+template <class Real>
+PERIMPM_INLINE void store_energy(const Block<Real>& b, const BondPack<Real>& bonds, const Pack<Real>& own,
+                                 const Pack<Real>& other) {
+    const std::uint32_t at = bonds.slot - b.family.row[0];
+    own.copy_to(b.stored.own + at, std::experimental::element_aligned);
+    other.copy_to(b.stored.other + at, std::experimental::element_aligned);
+}
+
 /// 1/|v|, 0 for the zero vector (a bond shrunk to a point has no direction and no force).
 template <class T>
 PERIMPM_INLINE T inverse_length(const T& length) {

@@ -60,10 +60,9 @@ public:
           partial_{!p.is("volume_correction", "none")},
           beyond_{p.is("volume_correction", "linear")} {}
     bool is_whole() const { return !partial_; }
+    BondVolumes volumes() const { return {.radius = horizon_, .rim = partial_ ? spacing_ : 0.0}; }
     double reach() const { return beyond_ ? horizon_ + 0.5 * spacing_ * (1 - 1e-9) : horizon_; }
-    double operator()(double X) const {
-        return partial_ ? std::fmin(std::fmax((horizon_ - X) / spacing_ + 0.5, 0.0), 1.0) : 1.0;
-    }
+    double operator()(double X) const { return volumes()(X); }
 
 private:
     double horizon_, spacing_;
@@ -82,6 +81,7 @@ public:
     /// Bonds that reach the rim weigh nothing: they are no bonds.
     double reach() const { return vanishes() ? horizon_ * (1 - 1e-9) : share_.reach(); }
     double operator()(double X) const { return share_(X) * at(X / horizon_); }
+    BondVolumes volumes() const { return share_.volumes(); }
 
 private:
     enum class Kind { constant, linear, cubic, gaussian, inverse };

@@ -93,7 +93,7 @@ struct ColliderSpec {
 /// A cut through bodies that is there from the start.
 struct CrackSpec {
     std::string name;
-    Patch patch;
+    std::optional<Patch> patch;         ///< absent: the triangles of a mesh
     std::optional<std::uint32_t> body;  ///< index; absent: any
     Value source;
 };

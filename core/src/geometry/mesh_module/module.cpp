@@ -10,6 +10,7 @@
 extern "C" {
 PERIMPM_API perimpm::MakeMesh perimpm_make_mesh;
 PERIMPM_API perimpm::SampleMeshSurface perimpm_sample_mesh_surface;
+PERIMPM_API perimpm::ReadMesh perimpm_read_mesh;
 PERIMPM_API perimpm::SurfaceAround perimpm_surface_around;
 PERIMPM_API const char* perimpm_module_versions();
 }
@@ -23,10 +24,15 @@ perimpm::Shape* perimpm_make_mesh(const std::string& file, const perimpm::MeshPl
 
 void perimpm_sample_mesh_surface(const std::string& file, const perimpm::MeshPlacement& placement, double spacing,
                                  std::uint64_t seed, perimpm::LayerSample& sample) {
-    perimpm::TriangleMesh mesh = perimpm::import_mesh(file);
+    perimpm::TriangleMesh mesh;
+    perimpm_read_mesh(file, placement, mesh);
+    sample = perimpm::sample_triangles(mesh, spacing, seed);
+}
+
+void perimpm_read_mesh(const std::string& file, const perimpm::MeshPlacement& placement, perimpm::TriangleMesh& mesh) {
+    mesh = perimpm::import_mesh(file);
     perimpm::check_triangles(mesh, file);
     perimpm::place(mesh, placement, file);
-    sample = perimpm::sample_triangles(mesh, spacing, seed);
 }
 
 void perimpm_surface_around(const std::vector<perimpm::Vec3>& points, double spacing, perimpm::TriangleMesh& mesh) {
