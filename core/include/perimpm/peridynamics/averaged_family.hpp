@@ -62,7 +62,7 @@ public:
             const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
             P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2 = X.(2 E X): costs no digits where strains are small
             for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length = bonds.load(b_.family.length), square = length * length;
+            const P length = bonds.load(b_.family.length), square = XX[0] + XX[3] + XX[5];
             const P z = sqrt(larger(square + longer, P(0))), both = z + length;
             if (strain) longer -= length * bonds.load(strain) * both;
             const P divisor = at_.own_is_exact ? P(z * both) : P(z * both * square);

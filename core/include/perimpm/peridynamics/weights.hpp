@@ -1,8 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
-#include "perimpm/math/fourth_moment.hpp"
+#include "perimpm/math/isotropic_factors.hpp"
 #include "perimpm/model/params.hpp"
 #include "perimpm/peridynamics/family.hpp"
 
@@ -94,16 +95,14 @@ private:
 
     void make_isotropic(const Block<Real>& b, std::uint32_t i, double factor, Real* own) const {
         const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
-        Eigen::Matrix3Xd n(3, end - begin);
-        Eigen::VectorXd a(end - begin);
+        std::vector<double> directions, weights, factors(end - begin);
         const Real* at = b.family.reference + 4 * std::size_t{b.first + i};
         for (std::uint32_t slot = begin; slot < end; ++slot) {
             const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
-            const Eigen::Vector3d X(other[0] - at[0], other[1] - at[1], other[2] - at[2]);
-            n.col(slot - begin) = X / X.norm();
-            a[slot - begin] = factor * weight_(length(b, slot)) * volume(b, slot);
+            for (int c = 0; c < 3; ++c) directions.push_back(other[c] - at[c]);
+            weights.push_back(factor * weight_(length(b, slot)) * volume(b, slot));
         }
-        const Eigen::VectorXd factors = IsotropicFactors(n, a).solve();
+        isotropic_factors(directions, weights, factors);
         for (std::uint32_t slot = begin; slot < end; ++slot) own[slot] *= static_cast<Real>(factors[slot - begin]);
     }
 
