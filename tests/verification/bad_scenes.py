@@ -60,6 +60,9 @@ def sheet(thickness: float | None) -> Callable[[Tree], Tree]:
 CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     "unknown key": (("simulation.end_tim", 1.0), ["simulation", "end_tim", "end_time"]),
     "unknown table": (("colliders", []), ["colliders", "collider"]),
+    "key above its section": (("gravity", [0.0, 0.0, 0.0]), ["gravity", "did you mean 'simulation.gravity'?", "transfer"]),
+    "key above its body": (("initial_velocity", [0.0, 0.0, 0.0]), ["initial_velocity", "'body.N.initial_velocity'"]),
+    "key of two sections": (("friction", 0.5), ["unknown key 'friction' in the scene", "accepted: format"]),
     "unknown key of a model": (law("young_modulus", 1.0), ["material.m.constitutive", "youngs_modulus"]),
     "missing key": (("simulation.end_time", None), ["simulation", "end_time"]),
     "missing grid spacing": (("grid", None), ["spacing", "grid", "apic"]),
@@ -188,7 +191,15 @@ CASES: dict[str, tuple[Callable[[Tree], Tree] | tuple[str, Any], list[str]]] = {
     ),
     "missing mesh": (
         ("body.0.shape", {"type": "mesh", "file": "nowhere.obj"}),
-        ["body.0.shape", "nowhere.obj", "folder"],
+        ["body.0.shape", "nowhere.obj", "no .obj, .ply, .stl, .gltf, .glb file"],
+    ),
+    "mesh with a slip": (
+        ("body.0.shape", {"type": "mesh", "file": str(BUNNY.with_name("buny.obj"))}),
+        ["body.0.shape", "buny.obj", "did you mean 'bunny.obj'?"],
+    ),
+    "mesh of a missing folder": (
+        ("body.0.shape", {"type": "mesh", "file": "nowhere/bunny.obj"}),
+        ["body.0.shape", "nowhere/bunny.obj", "there is no folder"],
     ),
     "sheet without thickness": (sheet(None), ["body.0", "thickness", "[m]", "rectangle"]),
     "strand without cross-section": (

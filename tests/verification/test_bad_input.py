@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from bad_scenes import CASES, good, put, require_refused, spoil
+from trees import write
 
 import perimpm
 from perimpm.cli import main
@@ -49,5 +50,25 @@ def test_syntax_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_missing_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", str(tmp_path / "no.toml")]) == 2
-    assert "no.toml" in capsys.readouterr().err
+    write(good(), tmp_path / "bar.toml")
+    assert main(["run", str(tmp_path / "baar.toml")]) == 2
+    shown = capsys.readouterr().err
+    assert "baar.toml: error: there is no such scene" in shown and "did you mean 'bar.toml'?" in shown
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("material.mm.density=900", ["--set material.mm.density", "no material 'mm'", "did you mean 'm'?", "accepted: m"]),
+        ("gravity=0", ["unknown key 'gravity'", "did you mean 'simulation.gravity'?"]),
+    ],
+)
+def test_override_beside_the_mark(
+    change: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(perimpm.InputError) as caught:
+        perimpm.Simulation(good(), [change])
+    assert main(["explain", str(write(good(), tmp_path / "bar.toml")), "--set", change]) == 2
+    shown = capsys.readouterr().err
+    for word in words:
+        assert word in str(caught.value) and word in shown

@@ -21,18 +21,28 @@ void add_folder(std::vector<fs::path>& folders, const fs::path& folder) {
     if (std::find(folders.begin(), folders.end(), real) == folders.end()) folders.push_back(real);
 }
 
+/// Folders of PERIMPM_PLUGIN_PATH as they stand there.
+std::vector<std::string> path_entries() {
+    const char* path = std::getenv("PERIMPM_PLUGIN_PATH");
+    std::vector<std::string> folders;
+    std::istringstream entries{path ? path : ""};
+    for (std::string entry; std::getline(entries, entry, ':');) {
+        if (entry.empty()) continue;
+        if (!fs::is_directory(entry))
+            throw InputError{
+                "PERIMPM_PLUGIN_PATH",
+                fmt::format("the folder '{}' does not exist\n  the variable is '{}'; mend or unset it", entry, path)};
+        folders.push_back(entry);
+    }
+    return folders;
+}
+
 /// The shipped plugins first, then PERIMPM_PLUGIN_PATH in order; each folder once.
 std::vector<fs::path> plugin_folders() {
     std::vector<fs::path> folders;
     const fs::path shipped = fs::path{library_folder()} / "plugins";
     if (fs::is_directory(shipped)) add_folder(folders, shipped);
-    const char* path = std::getenv("PERIMPM_PLUGIN_PATH");
-    std::istringstream entries{path ? path : ""};
-    for (std::string entry; std::getline(entries, entry, ':');) {
-        if (entry.empty()) continue;
-        if (!fs::is_directory(entry)) throw InputError{fmt::format("PERIMPM_PLUGIN_PATH: no folder '{}'", entry)};
-        add_folder(folders, entry);
-    }
+    for (const std::string& entry : path_entries()) add_folder(folders, entry);
     return folders;
 }
 
@@ -58,6 +68,8 @@ std::map<std::string, std::string> files_by_name(Family family) {
 }
 
 }  // namespace
+
+void check_plugin_path() { path_entries(); }
 
 std::string best_variant(const std::string& baseline) {
     const fs::path file{baseline};

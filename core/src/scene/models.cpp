@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "perimpm/error.hpp"
+#include "plugin/search.hpp"
 #include "scene/keys.hpp"
 
 namespace perimpm {
@@ -23,6 +24,7 @@ struct OwnedReader {
 };
 
 const Plugin& open_at(const Value& table, Family family, const std::string& name, const std::string& what) {
+    check_plugin_path();  // not the scene's fault, so no place in it is named
     try {
         return open_plugin(family, name);
     } catch (const InputError& e) {

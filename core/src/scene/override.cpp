@@ -71,6 +71,18 @@ Value& child(Value& parent, const std::string& key, const std::string& path) {
     return std::get<Value::Table>(parent.data).emplace_back(key, Value{Value::Table{}, {}}).second;
 }
 
+/// Materials have names of the scene's choice: a key of one that it lacks is a slip, not the beginning of a new material.
+void require_material(const Value& scene, const std::vector<std::string>& keys, const std::string& path) {
+    if (keys.size() < 3 || keys.front() != "material") return;
+    const Value* materials = scene.find("material");
+    if (materials && (!materials->is_table() || materials->find(keys[1]))) return;
+    std::vector<std::string> names;
+    if (materials)
+        for (const auto& entry : std::get<Value::Table>(materials->data)) names.push_back(entry.first);
+    throw InputError{"--set " + path,
+                     fmt::format("the scene has no material '{}'\n  {}", keys[1], suggestion(keys[1], names))};
+}
+
 }  // namespace
 
 void apply_override(Value& scene, const std::string& assignment) {
@@ -81,9 +93,11 @@ void apply_override(Value& scene, const std::string& assignment) {
     const std::string path = assignment.substr(0, equals);
     Value value = parse_value(path, assignment.substr(equals + 1));
     forget_position(value);
+    const std::vector<std::string> keys = split_path(path);
+    require_material(scene, keys, path);
     Value changed = scene;  // so that a refused override leaves no half-made tables behind
     Value* node = &changed;
-    for (const std::string& key : split_path(path)) node = &child(*node, key, path);
+    for (const std::string& key : keys) node = &child(*node, key, path);
     *node = std::move(value);
     set_path(changed, "");
     scene = std::move(changed);

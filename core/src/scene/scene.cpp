@@ -39,6 +39,33 @@ void require_known_format(const Value& tree) {
     }
 }
 
+struct Section {
+    const char* path;
+    const std::span<const ParamSpec>& keys;
+};
+const Section kSections[] = {
+    {"simulation", keys::kSimulation},  {"grid", keys::kGrid},     {"grid.domain", keys::kDomain},
+    {"material.NAME", keys::kMaterial}, {"body.N", keys::kBody},   {"collider.N", keys::kCollider},
+    {"condition.N", keys::kCondition},  {"crack.N", keys::kCrack}, {"output", keys::kOutput}};
+
+bool declares(std::span<const ParamSpec> specs, const std::string& key) {
+    return std::ranges::any_of(specs, [&](const ParamSpec& spec) { return key == spec.key; });
+}
+
+/// A key of exactly one section that stands above all of them is answered with its place.
+void refuse_misplaced_keys(const Value& tree) {
+    std::vector<std::string> accepted;
+    for (const ParamSpec& spec : keys::kScene) accepted.emplace_back(spec.key);
+    for (const auto& [key, value] : std::get<Value::Table>(tree.data)) {
+        if (declares(keys::kScene, key)) continue;
+        const auto owns = [&key = key](const Section& section) { return declares(section.keys, key); };
+        if (std::ranges::count_if(kSections, owns) != 1) continue;
+        const std::string path = fmt::format("{}.{}", std::ranges::find_if(kSections, owns)->path, key);
+        throw InputError{value.place.text(),
+                         fmt::format("unknown key '{}' in the scene\n  {}", key, suggestion(path, {path}, accepted))};
+    }
+}
+
 constexpr double kMostFrames = 1e9;  ///< their numbers have 32 bits
 
 SimulationSpec read_simulation(const Value& table) {
@@ -187,6 +214,7 @@ OutputSpec read_output(const Value& table) {
 Scene read_scene(Value tree, const std::string& folder) {
     set_path(tree, "");
     require_known_format(tree);
+    refuse_misplaced_keys(tree);
     const Reader r{tree, keys::kScene, "the scene"};
     Scene scene;
     scene.title = r.text("title");

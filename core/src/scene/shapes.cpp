@@ -11,6 +11,7 @@
 #include "perimpm/scene/scene.hpp"
 #include "scene/checks.hpp"
 #include "scene/keys.hpp"
+#include "scene/nearby.hpp"
 #include "scene/vectors.hpp"
 
 namespace perimpm {
@@ -40,8 +41,8 @@ void check_plane(const Reader& r, const std::string&) {
 
 void check_mesh(const Reader& r, const std::string& folder) {
     if (fs::is_regular_file(mesh_path(r, folder))) return;
-    r.fail("file", fmt::format("names '{}', which is not in the folder searched: {}", r.text("file"),
-                               fs::absolute(mesh_path(r, folder)).lexically_normal().parent_path().string()));
+    r.fail("file", fmt::format("names '{}', but there is no such file{}", r.text("file"),
+                               nearby_files(mesh_path(r, folder), {".obj", ".ply", ".stl", ".gltf", ".glb"})));
 }
 
 std::vector<Vec3> corners(const Reader& r) {

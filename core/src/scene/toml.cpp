@@ -10,6 +10,7 @@
 
 #include "perimpm/error.hpp"
 #include "perimpm/scene/tree.hpp"
+#include "scene/nearby.hpp"
 
 namespace perimpm {
 namespace {
@@ -101,6 +102,8 @@ Value parse_scene_text(const std::string& text, const std::string& name) {
 
 Value parse_scene_file(const std::string& path) {
     if (std::filesystem::is_directory(path)) throw InputError{path, "this is a folder, not a scene file"};
+    if (!std::filesystem::exists(path))
+        throw InputError{path, "there is no such scene" + nearby_files(path, {".toml"})};
     std::ifstream file{path, std::ios::binary};
     if (!file) throw InputError{path, std::string{"the scene cannot be read: "} + std::strerror(errno)};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};

@@ -227,7 +227,7 @@ TEST_CASE("registry: a folder named twice counts once, a missing one is an error
         CHECK(is_listed(Family::constitutive, "sample_law"));
     }
     const EnvironmentVariable path{"PERIMPM_PLUGIN_PATH", fixtures + ":/no/such/folder"};
-    CHECK(contains(opening("sample_law2"), "PERIMPM_PLUGIN_PATH: no folder '/no/such/folder'"));
+    CHECK(contains(opening("sample_law2"), "PERIMPM_PLUGIN_PATH: error: the folder '/no/such/folder' does not exist"));
 }
 
 TEST_CASE("registry: PERIMPM_ISA chooses among the variants of a plugin", "[plugin]") {

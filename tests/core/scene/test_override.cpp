@@ -48,12 +48,21 @@ TEST_CASE("override: a table replaces the whole table", "[scene]") {
 TEST_CASE("override: tables on the way are made, list elements are not", "[scene]") {
     CHECK(contains(after("grid.domain.friction=0.5"), "grid = { domain = { friction = 0.5 } }"));
     CHECK(contains(after("title=\"a = b\""), "title = \"a = b\""));
-    CHECK(contains(after("material.\"soft rubber\".density=1"), "\"soft rubber\" = { density = 1 }"));
+    CHECK(contains(after("material.rubber.\"soft part\".density=1"), "\"soft part\" = { density = 1 }"));
     CHECK(refusal("body.1.seed=2") == "--set body.1.seed: error: index 1 is out of range: the list has 1 element");
     CHECK(contains(refusal("body.-1.seed=2"), "'-1' must be the index of a list element"));
     CHECK(contains(refusal("body.first.seed=2"), "'first' must be the index of a list element"));
     CHECK(refusal("material.rubber.density.unit=2") ==
           "--set material.rubber.density.unit: error: 'material.rubber.density' is a number; it has no entry 'unit'");
+}
+
+TEST_CASE("override: a key of a material that the scene lacks is an error", "[scene]") {
+    CHECK(refusal("material.ruber.density=900") ==
+          "--set material.ruber.density: error: the scene has no material 'ruber'\n"
+          "  did you mean 'rubber'?   accepted: rubber");
+    CHECK(contains(after("material.foam={ density = 900 }"), "foam = { density = 900 }"));  // given as a whole
+    Value empty = parse_scene_text("format = 1", "s.toml");
+    CHECK(contains(message_of([&] { apply_override(empty, "material.rubber.density=900"); }), "accepted: nothing"));
 }
 
 TEST_CASE("override: the place of what it sets is the dotted path", "[scene]") {

@@ -86,15 +86,16 @@ TEST_CASE("shapes: a mesh file is looked for early, beside the scene", "[scene]"
     const TemporaryFolder folder;
     const std::string mesh = "{ type = 'mesh', file = 'assets/cube.obj', rotation = [0, 90, 0] }";
     CHECK(refusal(mesh, "body", folder.path) ==
-          "body.0.shape.file: error: 'file' in shape of body 0 ('mesh') names 'assets/cube.obj', which is not in the "
-          "folder "
-          "searched: " +
-              (folder.path / "assets").string());
+          "body.0.shape.file: error: 'file' in shape of body 0 ('mesh') names 'assets/cube.obj', but there is no "
+          "such file\n  there is no folder '" +
+              (folder.path / "assets").string() + "'");
     std::filesystem::create_directory(folder.path / "assets");
     std::ofstream{folder.path / "assets/cube.obj"} << "# no faces; the content is judged when the mesh is built\n";
     CHECK(refusal(mesh, "body", folder.path) == "(no error)");
     CHECK(contains(refusal("{ type = 'mesh', file = 'assets' }", "body", folder.path),
-                   "which is not in the folder searched"));
+                   "there is no such file\n  no .obj, .ply, .stl, .gltf, .glb file is in"));
+    CHECK(contains(refusal("{ type = 'mesh', file = 'assets/cub.obj' }", "body", folder.path),
+                   "did you mean 'cube.obj'?   in " + (folder.path / "assets").string() + ": cube.obj"));
     CHECK(contains(refusal("{ type = 'mesh', file = 'assets/cube.obj', scale = 0 }", "body", folder.path),
                    "must be above 0, got 0"));
 }

@@ -74,8 +74,7 @@ TEST_CASE("tree: what TOML refuses is reported with its position", "[scene]") {
 TEST_CASE("tree: a file that is not there or not a file is an error", "[scene]") {
     const TemporaryFolder folder;
     const std::string missing = folder.path / "missing.toml";
-    CHECK(message_of([&] { parse_scene_file(missing); }) ==
-          missing + ": error: the scene cannot be read: No such file or directory");
+    CHECK(contains(message_of([&] { parse_scene_file(missing); }), missing + ": error: there is no such scene"));
     CHECK(contains(message_of([&] { parse_scene_file(folder.path); }), "this is a folder"));
     std::ofstream{missing} << "a = 1\n\nb = 2";
     CHECK(parse_scene_file(missing).find("b")->place.text() == missing + ":3:1");

@@ -49,8 +49,8 @@ PERIMPM_API Value parse_scene_text(const std::string& text, const std::string& n
 /// Sets the dotted path of a value and of everything inside it; the root's path is "".
 PERIMPM_API void set_path(Value& value, const std::string& path);
 /// Applies "a.b.c=value" (value in TOML). A table replaces the whole table; tables on the way that are missing are
-/// made. List elements by index: "body.0.particles_per_cell=27"; the element must exist. A value that is not valid TOML
-/// is an error that shows the text and proposes quotes.
+/// made. List elements by index: "body.0.particles_per_cell=27"; the element must exist, and so must the material
+/// of "material.rubber.density=900". A value that is not valid TOML is an error that shows the text and proposes quotes.
 PERIMPM_API void apply_override(Value& scene, const std::string& assignment);
 
 }  // namespace perimpm
