@@ -129,6 +129,13 @@ def test_the_first_frame_knows_no_eta(scene_file: Path, tmp_path: Path, capsys: 
     assert second.endswith("ETA 0 s")
 
 
+def test_a_material_without_bodies_is_mentioned(box: Tree) -> None:
+    """As a slip in an override makes one."""
+    law = '{ type = "fixed_corotated", youngs_modulus = 2e5, poisson_ratio = 0.2 }'
+    with pytest.warns(UserWarning, match="no body is of material 'ruber'"):
+        perimpm.Simulation(box, [f"material.ruber={{ density = 900.0, constitutive = {law} }}"])
+
+
 def test_linear_splines_are_warned_of(box: Tree) -> None:
     box["transfer"]["order"] = 1
     assert any("transfer.order = 1" in text for text in perimpm.Simulation(box).plan.warnings)

@@ -1,5 +1,8 @@
 #include "perimpm/step/simulation.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "perimpm/error.hpp"
@@ -42,6 +45,9 @@ public:
     void renew_plan() {
         plan = make_plan(w_);
         plan.warnings = starting_overlaps(w_);
+        for (std::uint32_t m = 0; m < w_.scene.materials.size(); ++m)
+            if (std::ranges::count(w_.scene.bodies, m, &BodySpec::material) == 0)
+                plan.warnings.push_back(fmt::format("no body is of material '{}'", w_.scene.materials[m].name));
         if (w_.transfer_needs.grid)
             for (std::string& text : inexact_faces(w_.scene.grid, w_.images)) plan.warnings.push_back(std::move(text));
         if (w_.transfer_needs.order == 1 && !w_.scene.simulation.dt)
@@ -66,28 +72,11 @@ public:
         });
     }
 
-    /// One step of the method; the numbers are those of the paper's list (section 3).
     double step(double longest, Next next) override {
-        if (!gather_can_wait(w_)) settle();
-        if (std::exchange(positions_written_, false)) accept_positions(w_);
-        if (std::exchange(velocities_written_, false)) accept_velocities(w_);
-        w_.dt = choose_time_step(w_, longest);
-        if (w_.transfer_needs.grid)
-            grid_step(next);
-        else
-            integrate_particles(w_);
-        w_.time += w_.dt;
-        ++w_.steps;
-        return w_.dt;
+        return explain([&] { return advance(longest, next); });
     }
-
     void settle() override {
-        if (!std::exchange(w_.motion.owed, false)) return;
-        w_.timer("gather", [&] { gather(w_); });  // 5
-        if (!w_.defers_gather) w_.max_speed = w_.gathered_speed;
-        if (w_.has_crack_surfaces) w_.timer("crack surfaces", [&] { move_crack_surfaces(w_); });
-        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
-        if (w_.conditions.holds()) w_.timer("conditions", [&] { move_held_particles(w_); });
+        explain([&] { finish_step(); });
     }
 
     const Scene& scene() const override { return w_.scene; }
@@ -107,6 +96,45 @@ public:
     const std::vector<PassTime>& pass_times() const override { return w_.timer.passes(); }
 
 private:
+    /// Failures of a run whose step was above the stable one say so.
+    template <class Action>
+    auto explain(const Action& action) {
+        try {
+            return action();
+        } catch (const SimulationError& e) {
+            const UnstableStep& u = w_.unstable;
+            if (u.step == 0) throw;
+            throw SimulationError(
+                fmt::format("{}\n  dt is above the stable step: {:g} s, where {:g} s was stable, in step {}; "
+                            "simulation.allow_unstable_dt let it pass",
+                            e.what(), u.dt, u.bound, u.step));
+        }
+    }
+
+    /// One step of the method; the numbers are those of the paper's list (section 3).
+    double advance(double longest, Next next) {
+        if (!gather_can_wait(w_)) finish_step();
+        if (std::exchange(positions_written_, false)) accept_positions(w_);
+        if (std::exchange(velocities_written_, false)) accept_velocities(w_);
+        w_.dt = choose_time_step(w_, longest);
+        if (w_.transfer_needs.grid)
+            grid_step(next);
+        else
+            integrate_particles(w_);
+        w_.time += w_.dt;
+        ++w_.steps;
+        return w_.dt;
+    }
+
+    void finish_step() {
+        if (!std::exchange(w_.motion.owed, false)) return;
+        w_.timer("gather", [&] { gather(w_); });  // 5
+        if (!w_.defers_gather) w_.max_speed = w_.gathered_speed;
+        if (w_.has_crack_surfaces) w_.timer("crack surfaces", [&] { move_crack_surfaces(w_); });
+        if (!w_.colliders.empty()) w_.timer("particle collisions", [&] { collide_particles(w_); });  // 6
+        if (w_.conditions.holds()) w_.timer("conditions", [&] { move_held_particles(w_); });
+    }
+
     void grid_step(Next next) {
         if (std::exchange(w_.motion.owed, false)) {
             gather_and_scatter(w_);  // 5, 6 of the last step; 1, 2
@@ -122,7 +150,7 @@ private:
             if (held) hold_nodes(w_);
             if (w_.images.any()) unfold_images(w_);
         });
-        if (next == Next::look || !w_.defers_gather) settle();  // 5, 6
+        if (next == Next::look || !w_.defers_gather) finish_step();  // 5, 6
     }
 
     void prepare_scatter() {

@@ -82,7 +82,9 @@ double choose_time_step(World<Real>& w, double longest) {
                 if (m.has_bonds()) pack_positions(w, m);
             measure_bounds(w);
         });
-    return std::min(s.dt ? *s.dt : s.safety * bound, longest);
+    const double step = std::min(s.dt ? *s.dt : s.safety * bound, longest);
+    if (step > bound && w.unstable.step == 0) w.unstable = {w.steps + 1, step, bound};
+    return step;
 }
 
 template void measure_bounds(World<float>&);

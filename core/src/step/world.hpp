@@ -156,6 +156,12 @@ struct GridMotion {
     bool owed = false;         ///< particles have not moved with it yet
 };
 
+/// The first step above the stable one, which simulation.allow_unstable_dt let pass; number 0: none was.
+struct UnstableStep {
+    std::uint64_t step = 0;
+    double dt = 0, bound = 0;  ///< [s]
+};
+
 /// What a gather, and what is done with the particles in the same pass, found in a block.
 struct BlockFindings {
     double speed2 = 0;    ///< largest squared grid velocity at a particle, not a number if one is not finite [m^2/s^2]
@@ -201,6 +207,7 @@ struct World {
     double time = 0;
     std::uint64_t steps = 0;
     double dt = 0;  ///< of the step being taken
+    UnstableStep unstable;
     bool defers_gather =
         false;  ///< gathers may wait for the scatter of the next step: on a grid, where neither bonds nor
                 ///< conditions act between the two
