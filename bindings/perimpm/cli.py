@@ -18,7 +18,7 @@ from .tables import console, table
 
 
 def _scene_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    verb.add_argument("scene", metavar="SCENE", help="scene file (TOML), or the run.json of a run, to run it again")
     verb.add_argument(
         "--set",
         dest="overrides",

@@ -57,7 +57,7 @@ class FrameFolder:
 
     def _remedy(self, field: str) -> str:
         """What to do about a field that frames lack: only fields of this scene can be added."""
-        possible = self.record.get("fields", [])
+        possible = self.record.get("available_fields", [])
         if field in possible:
             return " Add it to output.fields in the scene and run again"
         missing = ", ".join(name for name in possible if not self.has(min(self.files), name))

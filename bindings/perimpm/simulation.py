@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Union
 
 import numpy.typing as npt
@@ -16,12 +18,25 @@ SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 Field = Union[Sequence[Any], npt.NDArray[Any], Callable[[npt.NDArray[Any], float], Any]]
 
 
+def _recorded_scene(file: Path) -> dict[str, Any]:
+    """The scene in the run.json of a run; its meshes have absolute paths."""
+    try:
+        record = json.loads(file.read_text())
+    except ValueError as error:
+        raise _core.InputError(f"{file}: error: this is no JSON: {error}") from None
+    if not isinstance(record, dict) or not isinstance(record.get("scene"), dict):
+        raise _core.InputError(f"{file}: error: this is no record of a run: it has no 'scene'\n  expected a TOML file or run.json")
+    scene: dict[str, Any] = record["scene"]
+    return scene
+
+
 class Simulation:
     """A scene in motion.
 
     Parameters
     ----------
-    scene : a TOML file, or the same tree as a dict (NumPy scalars and arrays are welcome).
+    scene : a TOML file, or the same tree as a dict (NumPy scalars and arrays are welcome), or the run.json of a run,
+        whose scene runs again.
     overrides : changes such as ``"simulation.dt=1e-4"``; the value is TOML.
     threads : worker threads, 0 for every core; the result does not depend on it.
     folder : where relative file names of the scene start; by default the scene file's folder.
@@ -36,6 +51,8 @@ class Simulation:
     def __init__(
         self, scene: SceneLike, overrides: Sequence[str] = (), threads: int = 0, folder: str | os.PathLike[str] = ""
     ) -> None:
+        if not isinstance(scene, Mapping) and (file := Path(scene)).suffix == ".json" and file.is_file():
+            scene = _recorded_scene(file)
         checked = _core.Scene(scene, list(overrides), os.fspath(folder))
         self._core = _core.Simulation(checked, threads)
         self._watch = ViewWatch()

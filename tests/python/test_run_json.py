@@ -13,6 +13,7 @@ from trees import PD_BOND, PD_ELASTIC, Tree, falling_box
 
 import perimpm
 from perimpm import _core
+from perimpm.cli import main
 
 BUNNY = Path(__file__).parents[2] / "scenes" / "assets" / "bunny.obj"
 
@@ -60,7 +61,7 @@ SCENES: dict[str, Callable[[], Tree]] = {
 }
 
 
-def run(tree: Tree, folder: Path, base: str | Path = "") -> tuple[perimpm.Simulation, dict[str, Any]]:
+def run(tree: Tree | Path, folder: Path, base: str | Path = "") -> tuple[perimpm.Simulation, dict[str, Any]]:
     sim = perimpm.Simulation(tree, folder=base)
     sim.run(frames=2, output=folder)
     return sim, json.loads((folder / "run.json").read_text())
@@ -110,5 +111,29 @@ def test_versions_and_seeds(tmp_path: Path) -> None:
     assert all(meshed["versions"].values())
 
 
-def test_fields_that_frames_can_hold(tmp_path: Path) -> None:
-    assert {"x", "v", "id", "body", "F", "C", "mass"} <= set(run(falling_box(), tmp_path)[1]["fields"])
+def test_fields_that_frames_hold_and_could_hold(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    record = run(falling_box(), tmp_path)[1]
+    with h5py.File(tmp_path / "frame.0001.h5") as file:
+        assert set(record["fields"]) == set(file) - {"connectivity"}
+    assert record["fields"] == ["x", "v", "id", "body"]
+    assert {*record["fields"], "F", "C", "mass"} <= set(record["available_fields"])
+
+
+def test_a_record_runs_again_as_it_is(tmp_path: Path) -> None:
+    first, record = run(falling_box(), tmp_path / "first")
+    second, again = run(tmp_path / "first" / "run.json", tmp_path / "second")
+    assert again["scene"] == record["scene"]
+    assert first.particles.by_id("x").tobytes() == second.particles.by_id("x").tobytes()
+    words = ["run", str(tmp_path / "first" / "run.json"), "--frames", "1", "-o", str(tmp_path / "third")]
+    assert main([*words, "--set", "simulation.gravity=[0.0, 0.0, 0.0]"]) == 0
+    assert json.loads((tmp_path / "third" / "run.json").read_text())["scene"]["simulation"]["gravity"] == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("{", "no JSON"), ("[]", "no record of a run"), ("{}", "no record of a run: it has no 'scene'")]
+)
+def test_json_that_is_no_record(text: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.json").write_text(text)
+    assert main(["run", str(tmp_path / "run.json"), "-o", str(tmp_path / "out")]) == 2
+    assert f"{tmp_path / 'run.json'}: error: this is {said}" in capsys.readouterr().err

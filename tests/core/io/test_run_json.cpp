@@ -23,6 +23,8 @@ TEST_CASE("run.json: the resolved scene, sizes, libraries and the time of every 
     CHECK(json["scene"]["material"]["rubber"]["constitutive"]["type"] == "pd_bond");
     CHECK(json["materials"][0]["constitutive"] == "pd_bond");
     CHECK(json["materials"][0]["bonds"] == simulation.plan().materials[0].bonds);
+    CHECK(json["fields"] == simulation.scene().output.fields);
+    CHECK(json["available_fields"] == simulation.frame_fields());
     CHECK(json["libraries"] == simulation.plan().libraries);
     CHECK_FALSE(json.contains("error"));
     const auto passes = simulation.pass_times();
