@@ -251,10 +251,17 @@ void bind_records(py::module_& m) {
         .def_readonly("particles", &Fragment::particles)
         .def_readonly("mass", &Fragment::mass, "[kg]")
         .def_readonly("center", &Fragment::center, "Of the mass [m].")
-        .def_readonly("velocity", &Fragment::velocity, "[m/s]");
+        .def_readonly("velocity", &Fragment::velocity, "[m/s]")
+        .def("__repr__", [](const Fragment& f) {
+            return py::str("<Fragment {}: {} particles, {:.4g} kg, at ({:.4g}, {:.4g}, {:.4g}) m>")
+                .format(f.id, f.particles, f.mass, f.center[0], f.center[1], f.center[2]);
+        });
     py::class_<Relaxation>(m, "Relaxation", "How a search for equilibrium ended.")
         .def_readonly("steps", &Relaxation::steps)
-        .def_readonly("residual", &Relaxation::residual);
+        .def_readonly("residual", &Relaxation::residual)
+        .def("__repr__", [](const Relaxation& r) {
+            return py::str("<Relaxation: {} steps, residual {:.3g}>").format(r.steps, r.residual);
+        });
     py::class_<PassTime>(m, "PassTime", "Wall time of one pass since the start.")
         .def_readonly("name", &PassTime::name)
         .def_readonly("calls", &PassTime::calls)

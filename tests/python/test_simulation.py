@@ -128,3 +128,13 @@ def test_pass_times(box: dict[str, Any]) -> None:
     calls = {p.name: p.calls for p in sim.pass_times}
     assert calls["gather"] + calls.get("gather, stress and scatter", 0) == 3
     assert all(p.seconds >= 0 for p in sim.pass_times)
+
+
+def test_fragments_and_relaxations_show_what_they_hold(bonded: dict[str, Any]) -> None:
+    foot = {"type": "plane", "point": [0.0, 0.7, 0.0], "normal": [0.0, 1.0, 0.0]}
+    bonded["condition"] = [{"shape": foot, "clamped": True}]
+    sim = perimpm.Simulation(bonded)
+    (piece,) = sim.fragments
+    assert repr(piece) == f"<Fragment 0: 1728 particles, 216 kg, at ({piece.center[0]:.4g}, 0.8, {piece.center[2]:.4g}) m>"
+    found = sim.relax(residual=1e-2)
+    assert repr(found) == f"<Relaxation: {found.steps} steps, residual {found.residual:.3g}>"
