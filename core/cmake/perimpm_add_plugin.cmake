@@ -13,6 +13,14 @@ function(perimpm_add_plugin family name)
   if(NOT arg_SOURCES)
     set(arg_SOURCES "${name}.cpp")
   endif()
+  foreach(source IN LISTS arg_SOURCES)
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE file)
+    get_source_file_property(is_generated "${source}" GENERATED)
+    if(NOT is_generated AND NOT source MATCHES "\\$<" AND NOT EXISTS "${file}")
+      message(FATAL_ERROR "perimpm_add_plugin(${family} ${name}): there is no file ${file}\n"
+        "The source of a plugin has the plugin's name; others are named by SOURCES.")
+    endif()
+  endforeach()
   if(NOT PERIMPM_PLUGIN_OUTPUT_DIR)
     set(PERIMPM_PLUGIN_OUTPUT_DIR "${CMAKE_CURRENT_BINARY_DIR}/plugins")
   endif()
@@ -38,8 +46,10 @@ function(perimpm_add_plugin family name)
     if(NOT variant STREQUAL portable)
       target_compile_options(${target} PRIVATE -march=${variant})
     endif()
-    # GCC 12 warns inside its own vector headers, and of batches whose filling loop it cannot prove to run.
-    target_compile_options(${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
+    if(variant MATCHES "v4$")
+      # GCC 12 warns inside its own AVX-512 headers; what it has to say of the source it says of the other variants, too.
+      target_compile_options(${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
+    endif()
     target_link_libraries(${target} PRIVATE perimpm::core)
     set_target_properties(${target} PROPERTIES
       PREFIX "" SUFFIX ".so" OUTPUT_NAME "${name}"
