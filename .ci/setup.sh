@@ -39,16 +39,32 @@ install_packages() {
     logged packages.log apt-get install -y --no-install-recommends "${missing[@]}"
 }
 
-# Runs a command quietly; shows the end of its log when it fails.
+# Runs a command quietly. Its log is of this attempt only and ends with how it went; what fails shows the last lines.
 logged() {
-    local log="$root/build/$1"
+    local log="$root/build/$1" status=0
     shift
     mkdir -p "$root/build"
-    if ! "$@" >"$log" 2>&1; then
-        tail -n 40 "$log" >&2
-        say "failed: $*   (whole log: $log)" >&2
-        exit 1
+    say "$(date '+%F %T'): $*" >"$log"
+    trap 'unfinished "$log" "stopped from outside; run again"' HUP INT TERM
+    "$@" >>"$log" 2>&1 || status=$?
+    trap - HUP INT TERM
+    if [ "$status" -gt 128 ]; then
+        unfinished "$log" "killed from outside by signal $((status - 128)); run again"
+    elif [ "$status" -ne 0 ] && grep -qiE 'killed signal|died with <signals|exit code: -[0-9]|interrupted by user' "$log"; then
+        unfinished "$log" "a process in it was killed from outside; run again, with JOBS=1 if memory ran out"
+    elif [ "$status" -ne 0 ]; then
+        unfinished "$log" "exit code $status"
     fi
+    say "finished" >>"$log"
+}
+
+# unfinished LOG WHY: ends the script.
+unfinished() {
+    trap - HUP INT TERM
+    tail -n 40 "$1" >&2
+    say "did not finish: $2" >>"$1"
+    say "did not finish: $2   (above: the end of $1, which is of this attempt only)" >&2
+    exit 1
 }
 
 # One line that changes when anything that goes into the package changes.
@@ -70,7 +86,7 @@ install_perimpm() {
     print=$(fingerprint "$extras" "$tests")
     [ -e "$stamp" ] && [ "$(cat "$stamp")" = "$print" ] && [ -d "$build" ] && return
     say "building with $jobs jobs (some minutes the first time; log in build/install.log)"
-    rm -f "$venv"/perimpm.stamp*
+    rm -f "$venv"/perimpm.stamp* "$root"/build/{pip,install}.log   # no log of an earlier attempt stays
     logged pip.log "$venv/bin/pip" install --disable-pip-version-check "scikit-build-core>=0.10" "pybind11>=2.12"
     # Without isolation the paths of the build tools stay the same, so that only what changed is compiled again.
     CMAKE_BUILD_PARALLEL_LEVEL="$jobs" CMAKE_GENERATOR=Ninja logged install.log \
