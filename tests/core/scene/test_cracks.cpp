@@ -56,5 +56,6 @@ TEST_CASE("scene: cracks that make no sense are refused", "[scene]") {
     CHECK(contains(refusal(R"({ body = "bod", shape = { type = "plane", point = [0, 0, 0], normal = [0, 1, 0] } })"),
                    "body 0"));
     CHECK(contains(refusal(R"({ })"), "missing key 'shape'"));
-    CHECK(contains(refusal(R"({ shape = { type = "mesh", file = "no.obj" } })"), "names 'no.obj', which is not"));
+    CHECK(contains(refusal(R"({ shape = { type = "mesh", file = "no.obj" } })"),
+                   "names 'no.obj', but there is no such file"));
 }
