@@ -291,6 +291,7 @@ void bind_simulation(py::module_& m) {
         .def("relax", &relax_simulation, py::arg("residual"), py::arg("most_steps"))
         .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
         .def("velocities_changed", guarded([](Simulation& s) { s.velocities_changed(); }))
+        .def("weights_changed", guarded([](Simulation& s) { s.weights_changed(); }))
         .def("measure_stiffness", &measure,
              "Small-strain stiffness of every material as the scene starts; takes about as long as building it.")
         .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })

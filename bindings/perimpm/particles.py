@@ -14,9 +14,9 @@ from . import _core
 
 
 class ViewWatch:
-    """Knows whether somebody wrote positions or velocities through a view, and only then tells the simulation."""
+    """Knows whether somebody wrote through a view what a step relies on, and only then tells the simulation."""
 
-    WATCHED = ("x", "v")
+    WATCHED = ("x", "v", "mass", "volume")
 
     def __init__(self) -> None:
         self._views: dict[str, list[weakref.ref[npt.NDArray[Any]]]] = {}
@@ -35,6 +35,8 @@ class ViewWatch:
             simulation.positions_changed()
         if "v" in written:
             simulation.velocities_changed()
+        if written & {"mass", "volume"}:
+            simulation.weights_changed()
         try:
             yield
         finally:

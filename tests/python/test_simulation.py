@@ -45,18 +45,6 @@ def test_split_run_equals_whole_run(box: dict[str, Any]) -> None:
     assert np.array_equal(whole.particles.by_id("x"), split.particles.by_id("x"))
 
 
-@pytest.mark.parametrize("scene", ["box", "bonded"])
-def test_threads_do_not_change_a_bit(scene: str, request: pytest.FixtureRequest) -> None:
-    tree = request.getfixturevalue(scene)
-    tree["body"][0]["initial_velocity"] = [0.0, -6.0, 0.0]  # reaches the floor
-    one, two = (perimpm.Simulation(tree, threads=n) for n in (1, 2))
-    one.run()
-    two.run()
-    assert one.steps == two.steps
-    for name in ("x", "v"):
-        assert np.array_equal(one.particles.by_id(name), two.particles.by_id(name))
-
-
 def test_no_frames_is_an_error(box: dict[str, Any]) -> None:
     with pytest.raises(perimpm.InputError, match="frames = 0"):
         perimpm.Simulation(box).run(frames=0)
@@ -99,12 +87,18 @@ def test_a_second_thread_is_refused(box: dict[str, Any]) -> None:
 
 
 def test_ctrl_c_stops_after_a_step_with_whole_files(box: dict[str, Any], tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
     sim = perimpm.Simulation(box, ["simulation.end_time=1000.0"])
     threading.Timer(0.7, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         sim.run(output=tmp_path)
     assert json.loads((tmp_path / "run.json").read_text())["status"] == "stopped"
     assert not list(tmp_path.glob("*.part"))
+    frames = sorted(tmp_path.glob("frame.*.h5"))
+    assert frames
+    for path in frames:
+        with h5py.File(path) as frame:
+            assert np.isfinite(frame["x"][:]).all() and len(frame["x"]) == len(sim.particles["x"])
     steps = sim.steps
     sim.step()
     assert sim.steps == steps + 1

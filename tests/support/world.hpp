@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 #include "support/box_scene.hpp"
 #include "support/scene.hpp"
 

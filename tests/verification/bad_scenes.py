@@ -290,8 +290,11 @@ def require_refused(tree: Tree, words: list[str], folder: Path, capsys: pytest.C
     shown = capsys.readouterr().err
     assert code == 2, shown
     assert "error: " in shown and "Traceback" not in shown
+    place = re.search(r"scene\.toml:(\d+):\d+", shown)
+    line = file.read_text().splitlines()[int(place[1]) - 1] if place else ""
     for word in words:
         assert word in str(caught.value)
-        # the command names the place by file, line and column instead
-        assert word in shown or ("." in word and re.search(r"scene\.toml:\d+:\d+", shown))
-    assert not list(folder.glob("out/*.h5*"))
+        # the command names a place like "body.0.shape" by file, line and column instead
+        key = [part for part in word.split(".") if not part.isdigit()][-1]
+        assert word in shown or ("." in word and key in line), f"{word!r} is neither in {shown!r} nor in {line!r}"
+    assert not list(folder.glob("out/*"))

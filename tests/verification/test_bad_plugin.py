@@ -16,8 +16,7 @@ from perimpm.cli import main
 
 def compile_plugin(folder: Path, source: str) -> None:
     compiler = shutil.which("g++") or shutil.which("c++")
-    if not compiler:
-        pytest.skip("no compiler")
+    assert compiler, "plugins are built with g++ or c++"
     (folder / "constitutive").mkdir()
     file = folder / "stranger.cpp"
     file.write_text(source)

@@ -197,9 +197,11 @@ def test_meshes_hold_the_particles_of_their_solid(name: str, count: int, tmp_pat
     assert len(sim.particles["id"]) == count
 
 
-@pytest.mark.parametrize("name", ["inverted normals", "triangle without area", "thinner than h"])
-def test_meshes_that_cannot_be_filled(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("inverted normals", "inside out"), ("triangle without area", "area"), ("thinner than h", "no particle")],
+)
+def test_meshes_that_cannot_be_filled(name: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "mesh.obj").write_text(meshes()[name])
-    with pytest.raises(perimpm.InputError) as caught:
+    with pytest.raises(perimpm.InputError, match=reason):
         perimpm.Simulation(scene(LOCAL, {"type": "mesh", "file": "mesh.obj"}, H), folder=tmp_path)
-    print("\n", name, "refused:", caught.value)

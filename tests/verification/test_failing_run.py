@@ -28,13 +28,23 @@ def test_not_a_number_during_a_run(law: Tree, field: str, tmp_path: Path) -> Non
     assert json.loads((tmp_path / "out" / "run.json").read_text())["status"] == "failed"
 
 
-def test_a_mass_that_is_not_a_number() -> None:
+@pytest.mark.parametrize("field", ["mass", "volume"])
+@pytest.mark.parametrize("value", [np.nan, 0.0, -1.0])
+def test_weights_that_make_no_sense(field: str, value: float) -> None:
     """Many steps in one call move and scatter particles in one pass, which must not meet what is not finite."""
     for law in (LOCAL, PD_BOND):
         sim = perimpm.Simulation(put(good(), "material.m.constitutive", law))
-        sim.particles["mass"][0] = np.nan
-        with pytest.raises(perimpm.SimulationError, match="finite"):
+        sim.step(3)
+        sim.particles[field][0] = value
+        with pytest.raises(perimpm.SimulationError, match=f"'{field}' of particle .* above 0"):
             sim.step(20)
+
+
+def test_volumes_of_bond_laws_are_kept() -> None:
+    sim = perimpm.Simulation(put(good(), "material.m.constitutive", PD_BOND))
+    sim.particles["volume"][0] *= 2
+    with pytest.raises(perimpm.SimulationError, match="bonds of material 'm' keep"):
+        sim.step()
 
 
 def test_command_ends_with_3_when_a_run_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

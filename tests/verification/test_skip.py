@@ -138,15 +138,16 @@ def test_material_without_bodies_is_not_there(law: Tree, checked: set[str]) -> N
     assert (seen.fields, seen.arrays, seen.passes, seen.bytes) == (plain.fields, plain.arrays, plain.passes, plain.bytes)
 
 
-def test_critical_stretch_adds_its_own_only() -> None:
+@pytest.mark.parametrize(("criterion", "arrays"), [("critical_stretch", set()), ("energy", {"energies of bonds"})])
+def test_criterion_adds_its_own_only(criterion: str, arrays: set[str]) -> None:
     """The rest of the elastic block is the same with and without."""
     plain = probe(block(PD_ELASTIC))
     tree = block(PD_ELASTIC)
-    tree["material"]["m"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.9}
+    tree["material"]["m"]["fracture"] = {"type": criterion, "fracture_energy": 1e9}
     seen = probe(tree)
-    assert set(seen.libraries) - set(plain.libraries) == {"critical_stretch.so"}
+    assert set(seen.libraries) - set(plain.libraries) == {f"{criterion}.so"}
     assert set(seen.fields) - set(plain.fields) == {"broken_bonds", "damage"}
-    assert set(seen.arrays) - set(plain.arrays) == {"m.bonds.broken"}
+    assert set(seen.arrays) - set(plain.arrays) == {"m.bonds.broken"} | arrays
     assert set(seen.passes) - set(plain.passes) == {"fracture"}
     for part in ("libraries", "fields", "arrays", "passes"):
         assert set(getattr(plain, part)) < set(getattr(seen, part))

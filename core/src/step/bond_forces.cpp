@@ -1,4 +1,4 @@
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

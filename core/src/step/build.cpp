@@ -8,7 +8,7 @@
 #include "state/morton.hpp"
 #include "step/pieces.hpp"
 #include "step/sampling.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 
@@ -250,8 +250,8 @@ void create_candidate_buffers(World<Real>& w) {
     }
 }
 
-/// Which materials' cracks leave the grid, the step that this allows, and the contact of their surfaces: as stiff as a fourth
-/// of the material's own layer of particles, E h for a spring across it, for each of about four that touch.
+/// Which materials' cracks leave the grid, and the contact of their surfaces: as stiff as a fourth of the material's own
+/// layer of particles, E h for a spring across it, for each of about four that touch.
 template <class Real>
 void prepare_crack_surfaces(World<Real>& w) {
     for (Material<Real>& m : w.materials) {
@@ -261,11 +261,70 @@ void prepare_crack_surfaces(World<Real>& w) {
         m.contact_stiffness = 0.25 * m.density * speed * speed * m.spacing;
         m.frees_crack_surfaces = m.can_break() && !m.force.empty() && w.transfer_needs.grid &&
                                  !w.scene.materials[m.number].crack_surface_on_grid;
-        if (!m.frees_crack_surfaces) continue;
-        w.crack_bound = reduce_chunks(
-            w, m, w.crack_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
-            [](double a, double b) { return std::min(a, b); });
     }
+    measure_crack_bound(w);
+}
+
+template <class Real>
+void allocate_particles(World<Real>& w, const std::vector<BodySample>& samples) {
+    w.body_begin.push_back(0);
+    for (const BodySample& s : samples)
+        w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
+    w.count = w.body_begin.back();
+    w.x = FieldArray<Real>(w.count, 3), w.v = FieldArray<Real>(w.count, 3);
+    if (w.transfer_needs.affine) w.C = FieldArray<Real>(w.count, 9);
+    w.mass = AlignedArray<Real>(w.count), w.volume = AlignedArray<Real>(w.count),
+    w.id = AlignedArray<std::uint32_t>(w.count);
+}
+
+/// Puts the particles of a body into the arrays from `at` on, and their positions into X.
+template <class Real>
+void place_body(World<Real>& w, const BodySample& body, double density, std::size_t at, std::vector<Vec3>& X) {
+    const BodySpec& spec = *body.spec;
+    const std::uint32_t first_id = w.body_begin[static_cast<std::size_t>(&spec - w.scene.bodies.data())];
+    for (const std::uint32_t p : morton_order(body.points, body.spacing)) {
+        const Vec3& x = body.points[p];
+        const Vec3 v = spec.velocity + spec.angular_velocity.cross(x - body.center);
+        for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
+        for (int c = 0; w.transfer_needs.affine && c < 9; ++c)  // a spinning body starts as the affine field that it is
+            w.C[c][at] = static_cast<Real>(spec.angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
+        w.volume[at] = static_cast<Real>(body.particle_volume);
+        w.mass[at] = static_cast<Real>(density * body.particle_volume);
+        w.id[at++] = first_id + p;
+        w.set_speed(std::max(w.max_speed, v.norm()));
+        X.push_back(x);
+    }
+}
+
+/// The material with number `number` in the scene, whose particles start at `begin`.
+template <class Real>
+void build_material(World<Real>& w, std::uint32_t number, const std::vector<BodySample>& bodies, std::size_t begin) {
+    const MaterialSpec& spec = w.scene.materials[number];
+    Material<Real>& m = w.materials.emplace_back();
+    m.number = number, m.begin = begin;
+    create_models(w, m, spec, bodies);
+    std::vector<Vec3> X;
+    std::vector<std::size_t> begins{0};
+    for (const BodySample& body : bodies) {
+        m.bodies.push_back(static_cast<std::uint32_t>(X.size()));
+        place_body(w, body, spec.density, begin + X.size(), X);
+        begins.push_back(X.size());
+    }
+    m.size = X.size();
+    if (m.has_bonds())
+        m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr || !w.scene.cracks.empty());
+    if (spec.pieces > 0) m.piece = voronoi_pieces(X, begins, spec);
+    create_varying(m, spec, X);
+    create_fields(w, m);
+}
+
+template <class Real>
+void build_colliders(World<Real>& w, double voxel) {
+    w.threads.execute([&] {
+        for (const ColliderSpec& c : w.scene.colliders)
+            w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, voxel));
+    });
+    for (Scratch<Real>& s : w.scratch) s.near.colliders.reserve(w.colliders.size());
 }
 
 }  // namespace
@@ -277,60 +336,20 @@ void build_world(World<Real>& w) {
     w.threads.execute([&] { samples = sample_bodies(w.scene); });
     if (w.transfer_needs.grid)
         for (const BodySample& s : samples) refuse_beyond_grid(w, s);
-    w.body_begin.push_back(0);
-    for (const BodySample& s : samples)
-        w.body_begin.push_back(w.body_begin.back() + static_cast<std::uint32_t>(s.points.size()));
-    w.count = w.body_begin.back();
-    w.x = FieldArray<Real>(w.count, 3), w.v = FieldArray<Real>(w.count, 3);
-    if (w.transfer_needs.affine) w.C = FieldArray<Real>(w.count, 9);
-    w.mass = AlignedArray<Real>(w.count), w.volume = AlignedArray<Real>(w.count),
-    w.id = AlignedArray<std::uint32_t>(w.count);
+    else
+        refuse_closed_faces(w.scene);
+    allocate_particles(w, samples);
     w.scratch.resize(static_cast<std::size_t>(w.threads.count()));
-
-    std::size_t at = 0;
-    for (std::uint32_t k = 0; k < w.scene.materials.size(); ++k) {
-        const MaterialSpec& spec = w.scene.materials[k];
+    std::size_t begin = 0;
+    for (std::uint32_t number = 0; number < w.scene.materials.size(); ++number) {
         std::vector<BodySample> bodies;
         for (const BodySample& s : samples)
-            if (s.spec->material == k) bodies.push_back(s);
+            if (s.spec->material == number) bodies.push_back(s);
         if (bodies.empty()) continue;
-        Material<Real>& m = w.materials.emplace_back();
-        m.number = k;
-        create_models(w, m, spec, bodies);
-        m.begin = at;
-        std::vector<Vec3> X;
-        std::vector<std::size_t> begins{0};
-        for (const BodySample& body : bodies) {
-            m.bodies.push_back(static_cast<std::uint32_t>(X.size()));
-            const std::uint32_t first_id = w.body_begin[static_cast<std::size_t>(body.spec - w.scene.bodies.data())];
-            for (const std::uint32_t p : morton_order(body.points, body.spacing)) {
-                const Vec3& x = body.points[p];
-                const Vec3 v = body.spec->velocity + body.spec->angular_velocity.cross(x - body.center);
-                for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
-                for (int c = 0; w.transfer_needs.affine && c < 9;
-                     ++c)  // a spinning body starts as the affine field that it is
-                    w.C[c][at] = static_cast<Real>(body.spec->angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
-                w.volume[at] = static_cast<Real>(body.particle_volume);
-                w.mass[at] = static_cast<Real>(spec.density * body.particle_volume);
-                w.id[at++] = first_id + p;
-                w.set_speed(std::max(w.max_speed, v.norm()));
-                X.push_back(x);
-            }
-            begins.push_back(X.size());
-        }
-        m.size = at - m.begin;
-        if (m.has_bonds())
-            m.bonds = build_bonds(X, begins, m.needs.horizon, m.criterion != nullptr || !w.scene.cracks.empty());
-        if (spec.pieces > 0) m.piece = voronoi_pieces(X, begins, spec);
-        create_varying(m, spec, X);
-        create_fields(w, m);
+        build_material(w, number, bodies, begin);
+        begin += w.materials.back().size;
     }
-    const double voxel = w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing;
-    w.threads.execute([&] {
-        for (const ColliderSpec& c : w.scene.colliders)
-            w.colliders.emplace_back(c, build_shape(c.shape, w.scene.folder, voxel));
-    });
-    for (Scratch<Real>& s : w.scratch) s.near.colliders.reserve(w.colliders.size());
+    build_colliders(w, w.spacing() > 0 ? 0.5 * w.spacing() : samples.front().spacing);
     prepare_crack_surfaces(w);
     open_cracks(w);
     create_candidate_buffers(w);
@@ -338,10 +357,7 @@ void build_world(World<Real>& w) {
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
     w.defers_gather = w.transfer_needs.grid && w.scene.conditions.empty() &&
                       std::none_of(w.materials.begin(), w.materials.end(), [](auto& m) { return m.has_bonds(); });
-    if (w.transfer_needs.grid)
-        w.images = find_images(w.scene.grid), sort_particles(w);
-    else
-        refuse_closed_faces(w.scene);
+    if (w.transfer_needs.grid) w.images = find_images(w.scene.grid), sort_particles(w);
     for (const ConditionSpec& spec : w.scene.conditions) add_condition(w, spec, {});
 }
 

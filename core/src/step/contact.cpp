@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -3,7 +3,7 @@
 #include "geometry/triangle_tree.hpp"
 #include "perimpm/error.hpp"
 #include "scene/shapes.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

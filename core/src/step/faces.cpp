@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

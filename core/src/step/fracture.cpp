@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -1,7 +1,7 @@
 #include <map>
 #include <numeric>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

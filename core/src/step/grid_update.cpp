@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

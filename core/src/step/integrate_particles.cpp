@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -1,5 +1,5 @@
 #include "perimpm/math/bspline.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 
@@ -179,6 +179,9 @@ private:
         array("grid", w_.grid.bytes());
         array("sort", w_.sort.bytes());
         array("conditions", w_.conditions.bytes());
+        std::size_t energies = 0;
+        for (const Scratch<Real>& s : w_.scratch) energies += s.own_energy.bytes() + s.other_energy.bytes();
+        array("energies of bonds", energies);
     }
     void add_materials() {
         for (Material<Real>& m : w_.materials) {

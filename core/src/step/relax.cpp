@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

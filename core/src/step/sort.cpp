@@ -6,7 +6,7 @@
 
 #include "perimpm/error.hpp"
 #include "state/morton.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "perimpm/math/stiffness.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 

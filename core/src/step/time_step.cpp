@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 
@@ -87,8 +87,21 @@ double choose_time_step(World<Real>& w, double longest) {
     return step;
 }
 
+template <class Real>
+void measure_crack_bound(World<Real>& w) {
+    w.crack_bound = std::numeric_limits<double>::infinity();
+    for (Material<Real>& m : w.materials) {
+        if (!m.frees_crack_surfaces) continue;
+        w.crack_bound = reduce_chunks(
+            w, m, w.crack_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
+            [](double a, double b) { return std::min(a, b); });
+    }
+}
+
 template void measure_bounds(World<float>&);
 template void measure_bounds(World<double>&);
+template void measure_crack_bound(World<float>&);
+template void measure_crack_bound(World<double>&);
 template double fastest_collider(const World<float>&);
 template double fastest_collider(const World<double>&);
 template double fastest_motion(const World<float>&);

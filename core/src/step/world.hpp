@@ -9,24 +9,21 @@
 #include <string>
 #include <vector>
 
-#include "perimpm/model/constitutive_law.hpp"
-#include "perimpm/model/fracture_criterion.hpp"
 #include "perimpm/model/transfer_kernel.hpp"
 #include "perimpm/plugin/registry.hpp"
 #include "perimpm/scene/scene.hpp"
 #include "perimpm/step/simulation.hpp"
 #include "state/array.hpp"
-#include "state/bonds.hpp"
 #include "state/grid.hpp"
 #include "state/threads.hpp"
 #include "step/collider.hpp"
 #include "step/conditions.hpp"
 #include "step/contact.hpp"
 #include "step/faces.hpp"
+#include "step/material.hpp"
 
 namespace perimpm {
 
-inline constexpr std::uint32_t kChunk = 128;  ///< particles that go through law and transfer together, in cache
 inline constexpr std::uint64_t kMeasureInterval = 10;  ///< steps between two measurements of the wave speed
 
 /// What the sort works with, kept from one to the next. By particle of the world: its block's key. By particle of the
@@ -45,60 +42,6 @@ struct SortBuffers {
                4 * (slot.capacity() + count.capacity() + index.capacity() + other_index.capacity()) +
                2 * (key.capacity() + other_key.capacity()) + sizeof(Real) * values.capacity();
     }
-};
-
-/// A declared state field of a law, allocated.
-template <class Real>
-struct StateField {
-    FieldSpec spec;
-    FieldArray<Real> values;
-};
-
-/// All particles of one material: a contiguous range of the common arrays, and what its law asked for.
-template <class Real>
-struct Material {
-    std::string name, law_name, criterion_name;
-    double density;
-    std::uint32_t dimension;  ///< of its bodies: 3 solids, 2 sheets, 1 strands
-    ModelPtr<ConstitutiveLaw, Real> law;
-    LawNeeds needs;
-    ModelPtr<FractureCriterion, Real> criterion;  ///< null: nothing breaks
-    std::size_t begin = 0, size = 0;
-    std::uint32_t number = 0;           ///< in the scene
-    std::vector<std::uint32_t> bodies;  ///< first particle of each, within the material
-    double spacing = 0;                 ///< of its particles [m]
-    double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
-    bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
-
-    std::vector<StateField<Real>> particle_state;
-    std::vector<AlignedArray<Real>> bond_state;
-    std::vector<std::pair<const ParamSpec*, AlignedArray<Real>>>
-        varying;                                    ///< by declared per-particle parameter; empty: uniform
-    FieldArray<Real> F;                             ///< local laws
-    FieldArray<Real> force, stress;                 ///< bond laws: one of the two
-    Bonds bonds;                                    ///< bond laws
-    AlignedArray<Real> position, reference;         ///< bond laws: x and X packed by four
-    AlignedArray<Real> length;                      ///< bond laws: |X| by bond
-    AlignedArray<std::uint32_t> order;              ///< bond laws: particle indices in grid order
-    std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
-    std::vector<BondCandidate> candidates, cuts;    ///< the same, joined; those that break
-    std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
-    std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
-    std::vector<std::uint32_t> piece;               ///< by particle, where the material has pieces: its piece
-    std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total
-
-    bool has_bonds() const { return needs.bonds; }
-    /// Whether the material allows a bond between two of its particles to break.
-    bool may_part(std::uint32_t p, std::uint32_t q) const { return piece.empty() || piece[p] != piece[q]; }
-    bool can_break() const { return !bonds.broken.empty(); }
-    /// Of bond laws: whether two particles, counted within the material, are of one body.
-    bool same_body(std::uint32_t p, std::uint32_t q) const {
-        const auto body = [&](std::uint32_t n) { return std::upper_bound(bodies.begin(), bodies.end(), n); };
-        return bodies.size() == 1 || body(p) == body(q);
-    }
-    /// Whether particle p, counted within the material, moves by its own forces instead of with the grid.
-    bool is_free(std::size_t p) const { return frees_crack_surfaces && bonds.damage[p] > 0; }
-    std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }
 };
 
 /// Which obstacles can touch a block of nodes.
@@ -300,108 +243,5 @@ double reduce_chunks(World<Real>& w, Material<Real>& m, double start, const Valu
     for (std::size_t c = 0; c < m.chunks(); ++c) start = combine(start, w.partial[c]);
     return start;
 }
-
-// The stages, in the order of a step (METHOD section 2).
-template <class Real>
-void build_world(World<Real>& w);
-/// Brings particles that left through a periodic face back in at the other one.
-template <class Real>
-void wrap_particles(World<Real>& w);
-template <class Real>
-void sort_particles(World<Real>& w);
-/// Cells that particles may move after a sort before their stencils can leave their tiles, less rounding.
-constexpr double sort_margin(std::uint32_t order) { return order == 3 ? 0.49 : 0.98; }
-template <class Real>
-void pack_positions(World<Real>& w, Material<Real>& m);
-template <class Real>
-void compute_bond_forces(World<Real>& w);
-template <class Real>
-void scatter(World<Real>& w);
-/// Nodes behind mirrors and periodic borders give mass and momentum to the nodes that they are images of.
-template <class Real>
-void fold_images(World<Real>& w);
-template <class Real>
-void update_grid(World<Real>& w);
-/// The way back: nodes behind take the velocities of those nodes.
-template <class Real>
-void unfold_images(World<Real>& w);
-template <class Real>
-void gather(World<Real>& w);
-/// Notes how far a gather moved particles. Returns what was found in all blocks.
-template <class Real>
-BlockFindings note_findings(World<Real>& w);
-/// Whether the next step need not sort first, so that its scatter can follow the owed gather block by block.
-template <class Real>
-bool gather_can_wait(const World<Real>& w);
-/// The owed gather and the scatter of the present step in one pass over the particles.
-template <class Real>
-void gather_and_scatter(World<Real>& w);
-template <class Real>
-void integrate_particles(World<Real>& w);
-template <class Real>
-void collide_particles(World<Real>& w);
-/// Step 6 for `size` particles with positions x and velocities v. Returns the largest sum of changes of a velocity [m/s].
-template <class Real>
-double collide_run(World<Real>& w, const Field<Real>& x, const Field<Real>& v, std::size_t size);
-/// The largest speed of a collider [m/s].
-template <class Real>
-double fastest_collider(const World<Real>& w);
-template <class Real>
-Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, const std::function<void()>& step);
-/// Forces of one chunk's block, from packed positions; notes its largest stretch where a criterion may ask for it.
-template <class Real>
-void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);
-template <class Real>
-void fracture(World<Real>& w, Material<Real>& m);
-/// Particles at crack surfaces move by the forces of their own bonds.
-template <class Real>
-void move_crack_surfaces(World<Real>& w);
-/// Particles at crack surfaces repel what they touch and are not bonded to.
-template <class Real>
-void apply_contact(World<Real>& w);
-/// What is stored in it [J].
-template <class Real>
-double contact_energy(World<Real>& w);
-/// Cuts the bonds that cross the scene's cracks, before the first step. Throws InputError for a crack that crosses none.
-template <class Real>
-void open_cracks(World<Real>& w);
-/// By particle in storage order: the least id in its fragment, the particles that live bonds join (its body, where nothing
-/// can break).
-template <class Real>
-std::vector<std::uint32_t> label_fragments(const World<Real>& w);
-/// The scene's fragments, ascending by id.
-template <class Real>
-std::vector<Fragment> list_fragments(const World<Real>& w);
-/// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
-template <class Real>
-void measure_bounds(World<Real>& w);
-/// The largest speed of particles or colliders [m/s].
-template <class Real>
-double fastest_motion(const World<Real>& w);
-/// The bound of a material with this wave speed at the present speeds [s]; without a grid the last measured one.
-template <class Real>
-double time_step_bound(const World<Real>& w, double wave_speed);
-/// The step to take, at most `longest` [s].
-template <class Real>
-double choose_time_step(World<Real>& w, double longest);
-template <class Real>
-Ledger take_ledger(World<Real>& w);
-template <class Real>
-Plan make_plan(World<Real>& w);
-template <class Real>
-std::vector<FieldView> list_fields(World<Real>& w, const std::string& material);
-template <class Real>
-std::vector<std::string> list_frame_fields(World<Real>& w);
-template <class Real>
-Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::string>& names);
-/// What a step must know after positions or velocities were written from outside. Throws SimulationError for a value
-/// that is not finite.
-template <class Real>
-void accept_positions(World<Real>& w);
-template <class Real>
-void accept_velocities(World<Real>& w);
-/// One message for every body with particles inside a collider at the start.
-template <class Real>
-std::vector<std::string> starting_overlaps(const World<Real>& w);
 
 }  // namespace perimpm

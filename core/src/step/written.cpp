@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "perimpm/error.hpp"
-#include "step/world.hpp"
+#include "step/stages.hpp"
 
 namespace perimpm {
 
@@ -17,6 +17,28 @@ void require_finite(const World<Real>& w, const FieldArray<Real>& field, const c
                 throw SimulationError(
                     fmt::format("the {} written into '{}' of particle {} is not finite: component {} is {}", what, name,
                                 w.id[p], "xyz"[c], field[c][p]));
+}
+
+template <class Real>
+void require_positive(const World<Real>& w, const AlignedArray<Real>& values, const char* name) {
+    for (std::size_t p = 0; p < w.count; ++p)
+        if (!(values[p] > 0) || !std::isfinite(values[p]))
+            throw SimulationError(
+                fmt::format("the {0} written into '{0}' of particle {1} is {2}, but must be finite and "
+                            "above 0",
+                            name, w.id[p], values[p]));
+}
+
+/// Bonds keep what their particles' volumes gave at the start.
+template <class Real>
+void require_volumes_kept(const World<Real>& w, const Material<Real>& m) {
+    for (std::size_t p = 0; p < m.size; ++p)
+        if (w.volume[m.begin + p] != m.reference[4 * p + 3])
+            throw SimulationError(
+                fmt::format("the volume written into 'volume' of particle {} is {:g} m^3, but the bonds of material "
+                            "'{}' keep the {:g} "
+                            "m^3 of the start: only volumes of local laws may be written",
+                            w.id[m.begin + p], w.volume[m.begin + p], m.name, m.reference[4 * p + 3]));
 }
 
 }  // namespace
@@ -43,9 +65,21 @@ void accept_velocities(World<Real>& w) {
     w.set_speed(std::sqrt(fastest2));
 }
 
+template <class Real>
+void accept_weights(World<Real>& w) {
+    require_positive(w, w.mass, "mass");
+    require_positive(w, w.volume, "volume");
+    for (const Material<Real>& m : w.materials)
+        if (m.has_bonds()) require_volumes_kept(w, m);
+    measure_bounds(w);
+    measure_crack_bound(w);
+}
+
 template void accept_positions(World<float>&);
 template void accept_positions(World<double>&);
 template void accept_velocities(World<float>&);
 template void accept_velocities(World<double>&);
+template void accept_weights(World<float>&);
+template void accept_weights(World<double>&);
 
 }  // namespace perimpm

@@ -48,3 +48,28 @@ TEST_CASE("written: positions of a bond law renew its wave speed", "[step]") {
     accept_positions(*w);
     CHECK_THAT(w->wave_speed, WithinRel(1.5 * before, 1e-9));  // bonds along x are 1.5 times as long
 }
+
+TEST_CASE("written: masses and volumes are above 0 and finite", "[step]") {
+    const auto w = box_world<double>();
+    w->mass[7] *= 2, w->volume[7] *= 0.5;
+    accept_weights(*w);
+    for (const double bad :
+         {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+        for (auto* values : {&w->mass, &w->volume}) {
+            const double before = (*values)[7];
+            (*values)[7] = bad;
+            CHECK(contains(message_of<SimulationError>([&] { accept_weights(*w); }),
+                           "of particle " + std::to_string(w->id[7]) + " is "));
+            (*values)[7] = before;
+        }
+}
+
+TEST_CASE("written: bonds keep their particles' volumes, a heavier particle slows no bond", "[step]") {
+    const auto w = box_world({kBonds});
+    const double before = w->wave_speed;
+    for (std::size_t p = 0; p < w->count; ++p) w->mass[p] *= 4;
+    accept_weights(*w);
+    CHECK(w->wave_speed == before);
+    w->volume[3] *= 2;
+    CHECK(contains(message_of<SimulationError>([&] { accept_weights(*w); }), "'rubber' keep the 0.000125 m^3"));
+}

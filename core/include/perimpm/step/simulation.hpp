@@ -101,6 +101,9 @@ public:
     void positions_changed();
     /// The same for velocities: the next step is chosen for the speeds as they are then.
     void velocities_changed();
+    /// The same for masses and volumes, which must be above 0; volumes are kept by bonds and may be written for local laws
+    /// only.
+    void weights_changed();
 
     /// Every name that `frame` accepts in this scene: the fields of all materials, and "body".
     std::vector<std::string> frame_fields() const;
@@ -111,8 +114,6 @@ public:
 
 private:
     class Engine;
-    template <class Real>
-    class EngineOf;
     std::unique_ptr<Engine> engine_;
 };
 

@@ -7,19 +7,12 @@ namespace perimpm::bspline {
 
 namespace detail {
 
-using perimpm::detail::as_pack, perimpm::detail::as_vector, perimpm::detail::repeat_quad, perimpm::detail::Vec;
+using perimpm::detail::as_pack, perimpm::detail::repeat_quad, perimpm::detail::Vec;
 
 /// From repeated quads: in the k-th group of four lanes, component First + k everywhere.
 template <int First, class V, int... I>
 V spread_nodes(V v, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(v, v, (I / 4 * 4 + First + I / 4)...);
-}
-
-/// Quads A and B of a, then quads A and B of b.
-template <int A, int B, class V, int... I>
-V pick_quads(V a, V b, std::integer_sequence<int, I...>) {
-    constexpr int N = sizeof...(I);
-    return __builtin_shufflevector(a, b, (I / (N / 2) * N + (I / 4 % (N / 4) % 2 == 0 ? A : B) * 4 + I % 4)...);
 }
 
 }  // namespace detail
@@ -91,49 +84,5 @@ struct Column {
         return c;
     }
 };
-
-/// Sum of a column over its nodes.
-template <class Real>
-void store_node_sum(const Column<Real>& column, Real* to) {
-    using C = Column<Real>;
-    constexpr int N = C::kLanes;
-    if constexpr (N >= 8) {
-        using V = detail::Vec<Real, N>;
-        const V a = N == 16 ? detail::as_vector<Real>(column.part[0])
-                            : detail::as_vector<Real>(column.part[0] + column.part[C::kParts - 1]);
-        auto sum = __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
-        if constexpr (N == 16)
-            sum += __builtin_shufflevector(a, a, 8, 9, 10, 11) + __builtin_shufflevector(a, a, 12, 13, 14, 15);
-        __builtin_memcpy(to, &sum, sizeof sum);
-    } else {
-        constexpr int kPerQuad = 4 / N;  // parts of one node
-        for (int q = 0; q < kPerQuad; ++q) {
-            typename C::P sum = column.part[q];
-            for (int node = 1; node < 4; ++node) sum += column.part[node * kPerQuad + q];
-            sum.copy_to(to + q * N, std::experimental::element_aligned);
-        }
-    }
-}
-
-/// The same for four columns at once.
-template <class Real>
-void store_node_sums(const Column<Real> (&column)[4], Real* const (&to)[4]) {
-    constexpr int N = Column<Real>::kLanes;
-    if constexpr (N == 16) {
-        using V = detail::Vec<Real, 16>;
-        constexpr auto all = std::make_integer_sequence<int, 16>();
-        V half[2];
-        for (int k = 0; k < 2; ++k) {
-            const V a = detail::as_vector<Real>(column[2 * k].part[0]),
-                    b = detail::as_vector<Real>(column[2 * k + 1].part[0]);
-            half[k] = detail::pick_quads<0, 1>(a, b, all) + detail::pick_quads<2, 3>(a, b, all);
-        }
-        const V sum = detail::pick_quads<0, 2>(half[0], half[1], all) + detail::pick_quads<1, 3>(half[0], half[1], all);
-        for (int k = 0; k < 4; ++k)
-            __builtin_memcpy(to[k], reinterpret_cast<const char*>(&sum) + k * sizeof(V) / 4, sizeof(V) / 4);
-    } else {
-        for (int k = 0; k < 4; ++k) store_node_sum(column[k], to[k]);
-    }
-}
 
 }  // namespace perimpm::bspline
