@@ -199,7 +199,7 @@ def test_meshes_hold_the_particles_of_their_solid(name: str, count: int, tmp_pat
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("inverted normals", "inside out"), ("triangle without area", "area"), ("thinner than h", "no particle")],
+    [("inverted normals", "flip the winding"), ("triangle without area", "area"), ("thinner than h", "thinner than a voxel")],
 )
 def test_meshes_that_cannot_be_filled(name: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "mesh.obj").write_text(meshes()[name])

@@ -336,8 +336,6 @@ void build_world(World<Real>& w) {
     w.threads.execute([&] { samples = sample_bodies(w.scene); });
     if (w.transfer_needs.grid)
         for (const BodySample& s : samples) refuse_beyond_grid(w, s);
-    else
-        refuse_closed_faces(w.scene);
     allocate_particles(w, samples);
     w.scratch.resize(static_cast<std::size_t>(w.threads.count()));
     std::size_t begin = 0;
@@ -357,7 +355,10 @@ void build_world(World<Real>& w) {
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
     w.defers_gather = w.transfer_needs.grid && w.scene.conditions.empty() &&
                       std::none_of(w.materials.begin(), w.materials.end(), [](auto& m) { return m.has_bonds(); });
-    if (w.transfer_needs.grid) w.images = find_images(w.scene.grid), sort_particles(w);
+    if (w.transfer_needs.grid)
+        w.images = find_images(w.scene.grid), sort_particles(w);
+    else
+        refuse_closed_faces(w.scene);
     for (const ConditionSpec& spec : w.scene.conditions) add_condition(w, spec, {});
 }
 
