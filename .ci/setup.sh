@@ -91,7 +91,8 @@ install_perimpm() {
     # Without isolation the paths of the build tools stay the same, so that only what changed is compiled again.
     CMAKE_BUILD_PARALLEL_LEVEL="$jobs" CMAKE_GENERATOR=Ninja logged install.log \
         "$venv/bin/pip" install --disable-pip-version-check -v --no-build-isolation \
-        --config-settings=cmake.define.PERIMPM_BUILD_TESTS="$([ -n "$tests" ] && echo ON || echo OFF)" "$root[$extras]"
+        --config-settings=cmake.define.PERIMPM_BUILD_TESTS="$([ -n "$tests" ] && echo ON || echo OFF)" \
+        --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR="${PERIMPM_WARNINGS_ARE_ERRORS:-OFF}" "$root[$extras]"
     printf '%s\n' "$print" >"$stamp"
     if [ -n "$tests" ]; then fingerprint render "" >"$venv/perimpm.stamp"; fi   # what scenes/run.sh needs is there, too
 }
