@@ -83,7 +83,7 @@ install_perimpm() {
     install_packages "${packages[@]}" ${tests:+"${test_packages[@]}"}
     [ -x "$venv/bin/python" ] || { say "making $venv"; python3 -m venv "$venv"; }
     build="$root/build/$("$venv/bin/python" "$root/.ci/build_tag.py")"
-    print=$(fingerprint "$extras" "$tests")
+    print=$(fingerprint "$extras ${PERIMPM_WARNINGS_ARE_ERRORS:-}" "$tests")
     [ -e "$stamp" ] && [ "$(cat "$stamp")" = "$print" ] && [ -d "$build" ] && return
     say "building with $jobs jobs (some minutes the first time; log in build/install.log)"
     rm -f "$venv"/perimpm.stamp* "$root"/build/{pip,install}.log   # no log of an earlier attempt stays

@@ -38,14 +38,16 @@ py::array view(py::object owner, const std::string& name, const std::string& mat
         shape.push_back(static_cast<py::ssize_t>(field.components));
         strides.push_back(apart);
     }
-    return {type, shape, strides, field.data, owner};
+    py::array array(type, shape, strides, field.data, owner);
+    if (!field.writable) py::setattr(array.attr("flags"), "writeable", py::bool_(false));
+    return array;
 }
 
 /// A hash of the field's bits: any change of one number changes it, and no two states that a run meets share it in
 /// practice. Costs one read of the field.
-std::uint64_t fingerprint(SharedSimulation& shared, const std::string& name) {
+std::uint64_t fingerprint(SharedSimulation& shared, const std::string& name, const std::string& material) {
     const auto lock = shared.lock();
-    const FieldView field = shared.get().field(name);
+    const FieldView field = shared.get().field(name, material);
     std::uint64_t hash = 0;
     const auto mix = [&hash](std::uint64_t word) {
         hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
@@ -74,7 +76,7 @@ std::uint64_t fingerprint(SharedSimulation& shared, const std::string& name) {
 void bind_particles(py::module_& m) {
     m.def("view", &view, py::arg("simulation"), py::arg("name"), py::arg("material") = "",
           "A particle field without a copy; the array keeps the simulation alive.");
-    m.def("fingerprint", &fingerprint, py::arg("simulation"), py::arg("name"),
+    m.def("fingerprint", &fingerprint, py::arg("simulation"), py::arg("name"), py::arg("material") = "",
           "A number that changes when any value of the field does.");
     m.def(
         "fields",

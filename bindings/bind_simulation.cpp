@@ -289,9 +289,13 @@ void bind_simulation(py::module_& m) {
         .def("step", &step_simulation, py::arg("count") = 1, "Advances; returns the last step taken [s].")
         .def("add_condition", &add_condition, py::arg("table"), py::arg("drive") = "", py::arg("function") = py::none())
         .def("relax", &relax_simulation, py::arg("residual"), py::arg("most_steps"))
-        .def("positions_changed", guarded([](Simulation& s) { s.positions_changed(); }))
-        .def("velocities_changed", guarded([](Simulation& s) { s.velocities_changed(); }))
-        .def("weights_changed", guarded([](Simulation& s) { s.weights_changed(); }))
+        .def(
+            "written",
+            [](SharedSimulation& shared, const std::string& field) {
+                const auto lock = shared.lock();
+                shared.get().written(field);
+            },
+            py::arg("field"))
         .def("measure_stiffness", &measure,
              "Small-strain stiffness of every material as the scene starts; takes about as long as building it.")
         .def_property_readonly("scene", [](SharedSimulation& s) { return s.get().scene(); })

@@ -16,40 +16,35 @@ from . import _core
 class ViewWatch:
     """Knows whether somebody wrote through a view what a step relies on, and only then tells the simulation."""
 
-    WATCHED = ("x", "v", "mass", "volume")
+    WATCHED = ("x", "v", "mass", "volume", "F")
 
     def __init__(self) -> None:
-        self._views: dict[str, list[weakref.ref[npt.NDArray[Any]]]] = {}
-        self._prints: dict[str, int] = {}  #: of watched fields, as the simulation left them
+        self._views: dict[tuple[str, str], list[weakref.ref[npt.NDArray[Any]]]] = {}  #: by field and material
+        self._prints: dict[tuple[str, str], int] = {}  #: of watched fields, as the simulation left them
 
-    def add(self, simulation: _core.Simulation, name: str, view: npt.NDArray[Any]) -> None:
+    def add(self, simulation: _core.Simulation, name: str, material: str, view: npt.NDArray[Any]) -> None:
         if name in self.WATCHED:
-            self._prints.setdefault(name, _core.fingerprint(simulation, name))
-            self._views.setdefault(name, []).append(weakref.ref(view))
+            self._prints.setdefault((name, material), _core.fingerprint(simulation, name, material))
+            self._views.setdefault((name, material), []).append(weakref.ref(view))
 
     @contextmanager
     def around_steps(self, simulation: _core.Simulation) -> Iterator[None]:
         """Before: compares the fields whose views were given out. After: forgets the views that are gone."""
-        written = {name for name, old in self._prints.items() if _core.fingerprint(simulation, name) != old}
-        if "x" in written:
-            simulation.positions_changed()
-        if "v" in written:
-            simulation.velocities_changed()
-        if written & {"mass", "volume"}:
-            simulation.weights_changed()
+        for name in {key[0] for key, old in self._prints.items() if _core.fingerprint(simulation, *key) != old}:
+            simulation.written(name)
         try:
             yield
         finally:
-            alive = {name: [view for view in views if view() is not None] for name, views in self._views.items()}
-            self._views = {name: views for name, views in alive.items() if views}
-            self._prints = {name: _core.fingerprint(simulation, name) for name in self._views}
+            alive = {key: [view for view in views if view() is not None] for key, views in self._views.items()}
+            self._views = {key: views for key, views in alive.items() if views}
+            self._prints = {key: _core.fingerprint(simulation, *key) for key in self._views}
 
 
 class Particles(Mapping[str, npt.NDArray[Any]]):
     """Fields of all particles, or of one material, by name.
 
     ``particles["x"]`` is a view without copying: shape (n, 3) for vectors, (n, 3, 3) for tensors, (n,) for the rest,
-    in SI units. Writing into it changes the simulation; reading does not, to the last bit. A view shows the present particles until `generation`
+    in SI units. Writing into it changes the simulation (numbers of particles and of broken bonds can only be read); reading does not, to the last bit. A view shows the present particles until `generation`
     changes; then ask for it again, since the slots have been re-sorted. ``by_id`` gives copies in a fixed order.
     """
 
@@ -64,7 +59,7 @@ class Particles(Mapping[str, npt.NDArray[Any]]):
             view = _core.view(self._simulation, name, self._material)
         except _core.InputError as error:
             raise KeyError(str(error)) from None
-        self._watch.add(self._simulation, name, view)
+        self._watch.add(self._simulation, name, self._material, view)
         return view
 
     def __iter__(self) -> Iterator[str]:

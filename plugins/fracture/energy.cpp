@@ -6,8 +6,8 @@
     the lattice midway between two layers; with many neighbours it is their w_c = 4 G_0/(pi delta^4).
     Each bond costs the same whatever its length and weight, so that long bonds of a falling influence stretch further than
     short ones before they break: a crack keeps a bridge of them behind it. In the plate of tests/verification/test_fracture.py
-    that slows pd_elastic's crack with the linear influence to 0.38 of the Rayleigh speed, where others have 0.55; use
-    influence = "inverse" or "constant" with this criterion, or critical_stretch. */
+    that slows pd_elastic's crack with its default influence ("linear") to 0.49 and, on the finer lattice, 0.38 of the Rayleigh
+    speed; with "inverse" and "constant" it and pd_lps have 0.51 to 0.57. */
 #include "perimpm/peridynamics/family.hpp"
 #include "perimpm/plugin/plugin.hpp"
 
@@ -25,7 +25,9 @@ constexpr ParamSpec kParams[] = {
      .unit = "J/m^2",
      .range = above(0),
      .optional = true,
-     .doc = "energy per area of crack, instead of critical_energy, which then follows from the law's bonds"},
+     .doc = "energy per area of crack, instead of critical_energy, which then follows from the law's bonds; with "
+            "pd_elastic "
+            "give the law influence = \"inverse\", or cracks are slow"},
     {.key = "interval",
      .kind = ParamKind::integer,
      .unit = "steps",

@@ -28,7 +28,7 @@ using Next = perimpm::Simulation::Next;
 long count(perimpm::Simulation& simulation, int steps, Next next, bool resort = false) {
     const long before = allocations;
     for (int n = 0; n < steps; ++n) {
-        if (resort) simulation.positions_changed();
+        if (resort) simulation.written("x");
         simulation.step(1e300, next);
     }
     simulation.settle();

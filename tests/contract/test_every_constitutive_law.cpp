@@ -70,6 +70,32 @@ TEMPLATE_TEST_CASE("every law: no stress and no energy at rest", "[contract]", f
     }
 }
 
+TEMPLATE_TEST_CASE("every law: forces and stresses are finite, whatever family is last", "[contract]", float, double) {
+    for (const std::string& name : names_of(Family::constitutive)) {
+        const PluginDescriptor& d = *open_plugin(Family::constitutive, name).descriptor;
+        const auto declares = [&](const std::string& key) {
+            return std::any_of(d.params, d.params + d.param_count, [&](const ParamSpec& p) { return p.key == key; });
+        };
+        std::vector<std::string> tables{""};
+        const auto vary = [&](const std::string& key, const std::vector<std::string>& values) {
+            if (!declares(key)) return;
+            const std::vector<std::string> before = std::exchange(tables, {});
+            for (const std::string& table : before)
+                for (const std::string& value : values) tables.push_back(fmt::format("{}{} = {}\n", table, key, value));
+        };
+        vary("surface", {"\"none\"", "\"family\"", "\"moment\""});
+        vary("formulation", {"\"variational\"", "\"paper\""});
+        vary("horizon", {"1.01", "1.8", "2.01", "3.015"});
+        for (const std::string& table : tables) {
+            CAPTURE(name, table);
+            Sample<TestType> sample(name, table);
+            sample.scramble(1);
+            const auto response = sample.response();
+            CHECK(std::all_of(response.begin(), response.end(), [](const auto& v) { return v.allFinite(); }));
+        }
+    }
+}
+
 TEST_CASE("every law: a rotation changes nothing but the frame", "[contract]") {
     Matrix3d F;
     F << 1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.1, 0.0, 1.1;

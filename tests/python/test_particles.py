@@ -149,3 +149,23 @@ def test_fingerprint_sees_every_number_of_a_packed_field(box: dict[str, Any]) ->
         field[at] += 1.0
         seen.add(_core.fingerprint(sim._core, "mean_deformation"))
     assert len(seen) == 6
+
+
+def test_numbers_that_others_count_on_can_only_be_read(bonded: dict[str, Any]) -> None:
+    bonded["material"]["rubber"]["fracture"] = {"type": "critical_stretch", "critical_stretch": 0.5}
+    particles = perimpm.Simulation(bonded).particles.of("rubber")
+    for name in ("id", "broken_bonds", "damage"):
+        with pytest.raises(ValueError, match="read-only"):
+            particles[name][0] = 1
+
+
+@pytest.mark.parametrize("field", ["F", "mass"])
+def test_what_is_written_chooses_the_next_step(field: str, box: dict[str, Any]) -> None:
+    sim = perimpm.Simulation(box)
+    before = sim.step()
+    values = sim.particles.of("rubber")[field]
+    if field == "F":
+        values[:, 0, 0] = 4  # stiffer along x
+    else:
+        values[:] *= 0.01  # sound ten times as fast
+    assert sim.step() < (0.8 if field == "F" else 0.2) * before

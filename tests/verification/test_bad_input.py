@@ -28,11 +28,11 @@ def test_the_good_scene_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("empty", "", ["mesh.obj"]),
-        ("noise", "v 0 0\nf one two\n", ["mesh.obj"]),
+        ("empty", "", ["mesh.obj", "cannot be read", "too small"]),
+        ("noise", "v 0 0\nf one two\n", ["mesh.obj", "cannot be read", "face index"]),
         ("open", TETRAHEDRON + "f 1 3 2\nf 1 2 4\nf 1 4 3\n", ["mesh.obj", "open", "edge"]),
-        ("index out of range", TETRAHEDRON + "f 1 3 9\n", ["mesh.obj"]),
-        ("not a number", "v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", ["mesh.obj"]),
+        ("index out of range", TETRAHEDRON + "f 1 3 9\n", ["mesh.obj", "cannot be read", "out of range"]),
+        ("not a number", "v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", ["mesh.obj", "3 vertices", "finite"]),
     ],
 )
 def test_broken_mesh(

@@ -70,7 +70,7 @@ class TestGriffithStrip:
         middle = np.abs(X[:, 1] - self.HEIGHT / 2) < self.HEIGHT / 4
         return float(np.max(X[(damage(sim) > 0.35) & middle, 0]))
 
-    @pytest.mark.parametrize("law", [BOND, LPS | {"poisson_ratio": 0.25}], **NAMES)
+    @pytest.mark.parametrize("law", [BOND, pytest.param(LPS | {"poisson_ratio": 0.25}, marks=pytest.mark.slow)], **NAMES)
     def test_threshold(self, law: Tree) -> None:
         """Pulled slowly, with damping, until the crack has grown by 3 spacings. Bonds beside the plane that break, and the
         lattice, which holds a crack's tip, raise the threshold, the less the more neighbours there are."""
@@ -115,7 +115,7 @@ class TestGriffithStrip:
     ("law", "criterion"),
     [
         *((law, "critical_stretch") for law in (BOND, LPS, ELASTIC)),
-        *((law, "energy") for law in (BOND, LPS | {"influence": "inverse"})),
+        *((law, "energy") for law in (BOND, LPS | {"influence": "inverse"}, ELASTIC | {"influence": "inverse"})),
     ],
     **NAMES,
 )

@@ -18,7 +18,7 @@ import perimpm
 PROBE = """
 import json, sys
 import perimpm
-sim = perimpm.Simulation(json.loads(sys.argv[1]), threads=1)
+sim = perimpm.Simulation(*json.loads(sys.argv[1]), threads=1)
 frames = 2 if len(sys.argv) > 2 else None
 sim.run(frames=frames, output=sys.argv[2]) if frames else sim.step(2)
 libraries = {line.split()[-1].rpartition("/")[2] for line in open("/proc/self/maps") if ".so" in line}
@@ -47,12 +47,17 @@ class Seen:
         return any(part in name for name in self.arrays)
 
 
-def probe(tree: Tree, *arguments: str) -> Seen:
+def probe(scene: Tree | Path, *arguments: str, overrides: list[str] | None = None) -> Seen:
+    """In a process of its own; with an argument the run writes two frames there."""
+    what = json.dumps([str(scene) if isinstance(scene, Path) else scene, overrides or []])
     done = subprocess.run(
-        [sys.executable, "-c", PROBE, json.dumps(tree), *arguments], capture_output=True, text=True, check=False
+        [sys.executable, "-c", PROBE, what, *arguments], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return Seen(**json.loads(done.stdout))
+
+
+BUNNIES = Path(__file__).parents[2] / "scenes" / "bunnies.toml"
 
 
 def block(law: Tree, **more: Any) -> Tree:
@@ -74,9 +79,19 @@ def test_bond_law_has_no_deformation_gradient(law: Tree, other: str) -> None:
     seen = probe(block(law))
     assert seen.maps(law["type"] + ".so") and seen.holds("bonds.neighbour")
     assert "F" not in seen.fields and not seen.holds(".F")
-    assert not seen.maps("fixed_corotated.so")  # the library that holds the SVD
+    assert not seen.maps("fixed_corotated.so")
     assert not seen.maps(other)
     assert "bond forces" in seen.passes
+
+
+def test_one_line_swaps_what_the_bunnies_hold() -> None:
+    coarse = "grid.spacing=0.04"
+    swap = 'material.rubber.constitutive={ type = "fixed_corotated", youngs_modulus = 2e5, poisson_ratio = 0.25 }'
+    bonded, local = (probe(BUNNIES, overrides=[coarse, *more]) for more in ([], [swap]))
+    assert bonded.maps("pd_elastic.so") and bonded.holds("rubber.bonds.neighbour")
+    assert not bonded.maps("fixed_corotated.so") and "F" not in bonded.fields
+    assert local.maps("fixed_corotated.so") and "F" in local.fields and local.holds("rubber.F")
+    assert not local.maps("pd_elastic.so") and not local.holds("bonds")
 
 
 def test_one_spring_per_bond_needs_no_mean_deformation() -> None:

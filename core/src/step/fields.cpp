@@ -32,8 +32,17 @@ FieldView view(Label l, Field<Real> f, std::size_t first, std::size_t size, std:
 }
 
 FieldView view(Label l, std::uint32_t* data, std::size_t size) {
-    return {std::move(l.name), std::move(l.unit), std::move(l.doc), std::move(l.source), data, size, 1, 0, 1,
-            NumberType::uint32};
+    return {std::move(l.name),
+            std::move(l.unit),
+            std::move(l.doc),
+            std::move(l.source),
+            data,
+            size,
+            1,
+            0,
+            1,
+            NumberType::uint32,
+            false};
 }
 
 /// Fields of all particles, or of the range of one material.
@@ -68,7 +77,7 @@ void add_own(Material<Real>& m, std::vector<FieldView>& out) {
     const std::string source = m.criterion ? m.criterion_name : "core";
     out.push_back(view({"broken_bonds", "1", "number of broken bonds", source}, m.bonds.damage.data(), m.size));
     out.push_back({"damage", "1", "broken bonds over bonds at the start", source, m.bonds.share.data(), m.size, 1, 0, 1,
-                   NumberType::float32});
+                   NumberType::float32, false});
 }
 
 /// Rows of a frame field in order of ids; particles without the field keep the fill value.

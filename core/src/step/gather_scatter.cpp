@@ -22,7 +22,7 @@ template <class Real>
 double measure(World<Real>& w, Material<Real>& m, std::size_t first, const TransferBlock<Real>& b) {
     Block<Real> law = make_block(w, m, first, b.size);
     law.v = b.v;
-    return m.law->max_wave_speed(law);
+    return m.lightness * m.law->max_wave_speed(law);
 }
 
 template <class Real>

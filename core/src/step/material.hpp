@@ -36,6 +36,7 @@ struct Material {
     std::uint32_t number = 0;           ///< in the scene
     std::vector<std::uint32_t> bodies;  ///< first particle of each, within the material
     double spacing = 0;                 ///< of its particles [m]
+    double lightness = 1;               ///< wave speed over that of its density, where masses or volumes were written
     double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
     bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
 

@@ -187,7 +187,7 @@ private:
         for (Material<Real>& m : w_.materials) {
             const EffectiveModuli& moduli = m.needs.moduli;
             const double speed = reduce_chunks(
-                w_, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                w_, m, 0.0, [&](Block<Real>& b) { return m.lightness * m.law->max_wave_speed(b); },
                 [](double a, double b) { return std::max(a, b); });
             plan_.materials.push_back({m.name, m.law_name, m.criterion_name, m.size, m.bonds.size(),
                                        moduli.youngs_modulus, moduli.poisson_ratio, speed});
@@ -206,7 +206,7 @@ private:
             plan_.bounds.push_back(
                 {fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,
                              w_.transfer_needs.courant, m.wave_speed, fastest_motion(w_)),
-                 time_step_bound(w_, m.wave_speed)});
+                 grid_bound(w_, m.wave_speed)});
     }
     void skip(std::string what, std::string why) { plan_.skipped.push_back({std::move(what), std::move(why)}); }
     void add_skipped() {

@@ -19,7 +19,6 @@ class Stepper {
 public:
     World<Real> world;
     Plan plan;
-    bool positions_written = false, velocities_written = false, weights_written = false;
 
     Stepper(Scene scene, int threads) : world{std::move(scene), threads} {
         build_world(world);
@@ -66,7 +65,15 @@ public:
         explain([&] { finish_step(); });
     }
 
+    void note_written(const std::string& field) {
+        written_.x |= field == "x", written_.v |= field == "v", written_.F |= field == "F";
+        written_.weights |= field == "mass" || field == "volume";
+    }
+
 private:
+    struct Written {
+        bool x = false, v = false, weights = false, F = false;
+    };
     /// Failures of a run whose step was above the stable one say so.
     template <class Action>
     auto explain(const Action& action) {
@@ -85,9 +92,7 @@ private:
     /// One step of the method; the numbers are those of the paper's list (section 3).
     double advance(double longest, bool look) {
         if (!gather_can_wait(world)) finish_step();
-        if (std::exchange(positions_written, false)) accept_positions(world);
-        if (std::exchange(velocities_written, false)) accept_velocities(world);
-        if (std::exchange(weights_written, false)) accept_weights(world);
+        accept_written();
         world.dt = choose_time_step(world, longest);
         if (world.transfer_needs.grid)
             grid_step(look);
@@ -96,6 +101,14 @@ private:
         world.time += world.dt;
         ++world.steps;
         return world.dt;
+    }
+
+    void accept_written() {
+        const Written now = std::exchange(written_, {});
+        if (now.x) accept_positions(world);
+        if (now.v) accept_velocities(world);
+        if (now.weights) accept_weights(world);
+        if (now.F) accept_deformations(world);
     }
 
     void finish_step() {
@@ -138,6 +151,8 @@ private:
                 if (held) scatter_held(world);
             });
     }
+
+    Written written_;
 };
 
 }  // namespace
@@ -210,14 +225,8 @@ std::vector<PassTime> Simulation::pass_times() const {
 std::uint64_t Simulation::generation() const {
     return (*engine_)([](auto& s) { return s.world.generation; });
 }
-void Simulation::positions_changed() {
-    (*engine_)([](auto& s) { s.settle(), s.positions_written = true; });
-}
-void Simulation::velocities_changed() {
-    (*engine_)([](auto& s) { s.settle(), s.velocities_written = true; });
-}
-void Simulation::weights_changed() {
-    (*engine_)([](auto& s) { s.settle(), s.weights_written = true; });
+void Simulation::written(const std::string& field) {
+    (*engine_)([&](auto& s) { s.settle(), s.note_written(field); });
 }
 std::vector<std::string> Simulation::frame_fields() const {
     return (*engine_)([](auto& s) { return list_frame_fields(s.world); });

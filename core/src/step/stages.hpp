@@ -84,7 +84,10 @@ void measure_crack_bound(World<Real>& w);
 /// The largest speed of particles or colliders [m/s].
 template <class Real>
 double fastest_motion(const World<Real>& w);
-/// The bound of a material with this wave speed at the present speeds [s]; without a grid the last measured one.
+/// What a grid allows a material with this wave speed at the present speeds [s].
+template <class Real>
+double grid_bound(const World<Real>& w, double wave_speed);
+/// The least bound: of the grid for the wave speed given, and of crack surfaces; without a grid the last measured one [s].
 template <class Real>
 double time_step_bound(const World<Real>& w, double wave_speed);
 /// The step to take, at most `longest` [s].
@@ -100,7 +103,7 @@ template <class Real>
 std::vector<std::string> list_frame_fields(World<Real>& w);
 template <class Real>
 Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::string>& names);
-/// What a step must know after positions, velocities, or masses and volumes were written from outside. Throws
+/// What a step must know after positions, velocities, masses and volumes, or deformation gradients were written from outside. Throws
 /// SimulationError for a value that is not finite, or not above 0, and for volumes that bonds have kept.
 template <class Real>
 void accept_positions(World<Real>& w);
@@ -108,6 +111,8 @@ template <class Real>
 void accept_velocities(World<Real>& w);
 template <class Real>
 void accept_weights(World<Real>& w);
+template <class Real>
+void accept_deformations(World<Real>& w);
 /// One message for every body with particles inside a collider at the start.
 template <class Real>
 std::vector<std::string> starting_overlaps(const World<Real>& w);

@@ -14,7 +14,8 @@ namespace {
 template <class Real>
 std::string excess_message(const World<Real>& w, double dt, double bound) {
     const std::string why =
-        w.transfer_needs.grid
+        w.has_crack_surfaces && w.crack_bound <= bound ? std::string("the bond bound of crack surfaces")
+        : w.transfer_needs.grid
             ? fmt::format("{:g} dx / (c + |v|) with dx = {:g} m, wave speed c = {:g} m/s, |v| = {:g} m/s",
                           w.transfer_needs.courant, w.spacing(), w.wave_speed, fastest_motion(w))
             : std::string("the laws' bond bound");
@@ -35,7 +36,7 @@ void measure_bounds(World<Real>& w) {
     for (Material<Real>& m : w.materials) {
         if (w.transfer_needs.grid)
             w.wave_speed = reduce_chunks(
-                w, m, w.wave_speed, [&](Block<Real>& b) { return m.law->max_wave_speed(b); },
+                w, m, w.wave_speed, [&](Block<Real>& b) { return m.lightness * m.law->max_wave_speed(b); },
                 [](double a, double b) { return std::max(a, b); });
         else
             w.particle_bound = reduce_chunks(
@@ -57,9 +58,14 @@ double fastest_motion(const World<Real>& w) {
 }
 
 template <class Real>
+double grid_bound(const World<Real>& w, double wave_speed) {
+    return w.transfer_needs.courant * w.spacing() / (wave_speed + fastest_motion(w));
+}
+
+template <class Real>
 double time_step_bound(const World<Real>& w, double wave_speed) {
     if (!w.transfer_needs.grid) return w.particle_bound;
-    const double bound = w.transfer_needs.courant * w.spacing() / (wave_speed + fastest_motion(w));
+    const double bound = grid_bound(w, wave_speed);
     return w.has_crack_surfaces ? std::min(bound, w.crack_bound) : bound;
 }
 
@@ -106,6 +112,8 @@ template double fastest_collider(const World<float>&);
 template double fastest_collider(const World<double>&);
 template double fastest_motion(const World<float>&);
 template double fastest_motion(const World<double>&);
+template double grid_bound(const World<float>&, double);
+template double grid_bound(const World<double>&, double);
 template double time_step_bound(const World<float>&, double);
 template double time_step_bound(const World<double>&, double);
 template double choose_time_step(World<float>&, double);

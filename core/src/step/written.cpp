@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "perimpm/error.hpp"
@@ -41,6 +42,15 @@ void require_volumes_kept(const World<Real>& w, const Material<Real>& m) {
                             w.id[m.begin + p], w.volume[m.begin + p], m.name, m.reference[4 * p + 3]));
 }
 
+/// Stiffness goes with volumes, inertia with masses: the wave speed of the particle that is lightest for its volume.
+template <class Real>
+double lightness(const World<Real>& w, const Material<Real>& m) {
+    double most = 0;
+    for (std::size_t p = m.begin; p < m.begin + m.size; ++p)
+        most = std::max(most, m.density * static_cast<double>(w.volume[p]) / static_cast<double>(w.mass[p]));
+    return std::sqrt(most);
+}
+
 }  // namespace
 
 template <class Real>
@@ -69,10 +79,24 @@ template <class Real>
 void accept_weights(World<Real>& w) {
     require_positive(w, w.mass, "mass");
     require_positive(w, w.volume, "volume");
-    for (const Material<Real>& m : w.materials)
+    for (Material<Real>& m : w.materials) {
         if (m.has_bonds()) require_volumes_kept(w, m);
+        m.lightness = lightness(w, m);
+    }
     measure_bounds(w);
     measure_crack_bound(w);
+}
+
+template <class Real>
+void accept_deformations(World<Real>& w) {
+    for (const Material<Real>& m : w.materials)
+        for (std::size_t p = 0; p < m.size && !m.F.empty(); ++p)
+            for (int c = 0; c < 9; ++c)
+                if (!std::isfinite(m.F[c][p]))
+                    throw SimulationError(fmt::format(
+                        "the deformation gradient written into 'F' of particle {} is not finite: component {}{} is {}",
+                        w.id[m.begin + p], "xyz"[c / 3], "xyz"[c % 3], m.F[c][p]));
+    measure_bounds(w);
 }
 
 template void accept_positions(World<float>&);
@@ -81,5 +105,7 @@ template void accept_velocities(World<float>&);
 template void accept_velocities(World<double>&);
 template void accept_weights(World<float>&);
 template void accept_weights(World<double>&);
+template void accept_deformations(World<float>&);
+template void accept_deformations(World<double>&);
 
 }  // namespace perimpm

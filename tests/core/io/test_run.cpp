@@ -82,7 +82,7 @@ TEST_CASE("run: a step that does not advance the time is a failure", "[io]") {
     Simulation simulation = start();
     run(simulation, {.folder = "", .frames = 2, .after_step = {}});
     entry(simulation.field("v"), 0) = 1e30;  // apic's step is then below 1e-31 s, and 0.02 + 1e-31 = 0.02
-    simulation.velocities_changed();
+    simulation.written("v");
     const std::string message =
         message_of<SimulationError>([&] { run(simulation, {.folder = "", .frames = 3, .after_step = {}}); });
     CHECK(contains(message, "the time stands still at 0.02 s"));

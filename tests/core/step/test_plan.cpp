@@ -50,7 +50,7 @@ TEST_CASE("plan: its passes are those that steps take", "[step]") {
         Simulation simulation(scene_from(kBox, scenes[k]), 1);
         for (int step = 0; step < 11; ++step) simulation.step();
         for (int step = 0; step < 11; ++step) simulation.step(1e300, Simulation::Next::step);
-        simulation.positions_changed();
+        simulation.written("x");
         simulation.step();
         CHECK(planned(simulation) == timed(simulation));
         CHECK(planned(simulation).size() == simulation.plan().passes.size());

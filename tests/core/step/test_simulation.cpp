@@ -43,7 +43,7 @@ TEST_CASE("simulation: positions written from outside are sorted before the next
     const std::uint64_t generation = simulation.generation();
     simulation.step();
     CHECK(simulation.generation() == generation);
-    simulation.positions_changed();
+    simulation.written("x");
     simulation.step();
     CHECK(simulation.generation() == generation + 1);
 }

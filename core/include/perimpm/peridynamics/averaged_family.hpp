@@ -30,7 +30,7 @@ PERIMPM_INLINE void deform(const T X[3], T out[3], const Entry F[9]) {
 template <class Real>
 class AveragedFamily {
     using P = Pack<Real>;
-    static constexpr std::uint32_t kKept = 512 / kLanes<Real>;  ///< packs that stay in the first-level cache
+    static constexpr std::uint32_t kKept = 512 / kLanes<Real>;  ///< packs kept for the second sweep, of families up to so many
     static constexpr std::size_t kEntry = 7 * kLanes<Real>;     ///< X, w^ V and Y of a pack of bonds
 
 public:
@@ -80,7 +80,7 @@ public:
             P mean[3];
             deform(X, mean, F);
             const P length = bonds.load(b_.family.length);
-            const P stiffness = at_.own_is_exact ? own : P(own / (length * length));
+            const P stiffness = at_.own_is_exact ? own : P(own * inverse_length(P(length * length)));
             const P pull = stiffness * relative_extension(mean, length);
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
         });

@@ -20,6 +20,7 @@ struct FieldView {
     void* data;
     std::size_t size, components, stride, entry;
     NumberType type;
+    bool writable = true;  ///< false: what others count on, as numbers of particles and of broken bonds
 };
 
 /// Sums over all particles (SI). Angular momentum about the origin, with the affine (APIC) part.
@@ -96,14 +97,11 @@ public:
     FieldView field(const std::string& name, const std::string& material = "") const;
     /// Counts the re-sorts: when it changes, slots of local laws' particles hold other particles than before.
     std::uint64_t generation() const;
-    /// To be called after positions were written from outside: the next step sorts anew and takes new forces. It throws
-    /// SimulationError, naming the particle, when one of them is not finite.
-    void positions_changed();
-    /// The same for velocities: the next step is chosen for the speeds as they are then.
-    void velocities_changed();
-    /// The same for masses and volumes, which must be above 0; volumes are kept by bonds and may be written for local laws
-    /// only.
-    void weights_changed();
+    /// To be called after a field was written from outside. The next step takes note of "x" (it sorts anew and takes new
+    /// forces), "v", "mass", "volume" and "F" (it is chosen for the speeds, masses and strains as they are then); others
+    /// need no notice. It throws SimulationError, naming the particle, for a value that is not finite, a mass or volume that
+    /// is not above 0, and a volume that bonds keep.
+    void written(const std::string& field);
 
     /// Every name that `frame` accepts in this scene: the fields of all materials, and "body".
     std::vector<std::string> frame_fields() const;
