@@ -71,7 +71,7 @@ unfinished() {
 fingerprint() {
     (
         cd "$root"
-        printf '%s\n' "$@" "$("$venv/bin/python" -VV)"
+        printf '%s\n' "$@" "$("$venv/bin/python" -VV)" "${2:+${PERIMPM_WARNINGS_ARE_ERRORS:-OFF}}"   # of the C++ tests' builds
         find CMakeLists.txt pyproject.toml core plugins bindings ${2:+tests} -type f ! -name '*.pyc' -print0 |
             sort -z | xargs -0 sha256sum
     ) | sha256sum
@@ -83,7 +83,7 @@ install_perimpm() {
     install_packages "${packages[@]}" ${tests:+"${test_packages[@]}"}
     [ -x "$venv/bin/python" ] || { say "making $venv"; python3 -m venv "$venv"; }
     build="$root/build/$("$venv/bin/python" "$root/.ci/build_tag.py")"
-    print=$(fingerprint "$extras ${PERIMPM_WARNINGS_ARE_ERRORS:-}" "$tests")
+    print=$(fingerprint "$extras" "$tests")
     [ -e "$stamp" ] && [ "$(cat "$stamp")" = "$print" ] && [ -d "$build" ] && return
     say "building with $jobs jobs (some minutes the first time; log in build/install.log)"
     rm -f "$venv"/perimpm.stamp* "$root"/build/{pip,install}.log   # no log of an earlier attempt stays
