@@ -155,6 +155,8 @@ class _FieldColors:
         self._map = matplotlib.colormaps["viridis"]
         lows, highs = zip(*(np.nanpercentile(self._values(n), (0.5, 99.5)) for n in numbers))
         self._low, self._high = float(min(lows)), float(max(highs))
+        outside = (v for n in numbers for v in (np.nanmin(self._values(n)), np.nanmax(self._values(n))))
+        self._beyond = ", ends: beyond" if any(v < self._low or v > self._high for v in outside) else ""
         self._unit = source.unit(numbers[0], name)
 
     def _values(self, number: int) -> Array:
@@ -173,7 +175,7 @@ class _FieldColors:
         picture = Image.fromarray(image)
         strip = np.tile(self._map(np.linspace(0, 1, length))[None, :, :3] * 255, (thick, 1, 1)).astype(np.uint8)
         picture.paste(Image.fromarray(strip), (edge, height - edge - thick))
-        text = f"{self._name}: {self._low:.3g} to {self._high:.3g} {self._unit}".rstrip()
+        text = f"{self._name}: {self._low:.3g} to {self._high:.3g} {self._unit}".rstrip() + self._beyond
         font = ImageFont.load_default(size=height // 36)
         ImageDraw.Draw(picture).text((edge, height - edge - thick - height // 22), text, fill=(60, 64, 70), font=font)
         return np.asarray(picture)

@@ -68,7 +68,9 @@ public:
 
 private:
     static double energy_of(const Params& p) {
-        if (p.given("critical_energy") == p.given("fracture_energy"))
+        if (p.given("critical_energy") && p.given("fracture_energy"))
+            throw InvalidParameter("critical_energy", "contradicts fracture_energy: give one of the two");
+        if (!p.given("critical_energy") && !p.given("fracture_energy"))
             throw InvalidParameter("critical_energy", "or 'fracture_energy' [J/m^2] is required: give one of the two");
         if (p.given("critical_energy")) return p["critical_energy"];
         const ModelContext& c = p.context();

@@ -149,6 +149,16 @@ TEST_CASE("pd_elastic: the variational form is minus the energy's gradient and c
     }
 }
 
+TEST_CASE("pd_elastic: families of more bonds than the first sweep keeps for the second", "[constitutive]") {
+    const auto law = pd_elastic("youngs_modulus = 1e6\nbending_ratio = 1.0\nhorizon = 8.0\nsurface = \"family\"\n");
+    auto particles = cube(*law);
+    const Bonds& bonds = particles.bonds();
+    REQUIRE(bonds.row[middle(9) + 1] - bonds.row[middle(9)] > 512);
+    const std::vector<Vec3> y = shake(particles, kSpacing);
+    check_momenta(particles, y, kSpacing);
+    check_gradient(particles, y, kSpacing);
+}
+
 TEST_CASE("pd_elastic: moment-exact weights have the modulus along every direction, at faces as well",
           "[constitutive]") {
     // sum w V n n n n = (1 1 + 1 1 + 1 1)/3: C11 = 3 C12 = 3 C44 = (2 mu + lambda) = 1.2 E

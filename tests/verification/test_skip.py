@@ -107,6 +107,18 @@ def test_no_meshes_no_files(law: Tree) -> None:
         assert not seen.maps(absent)
 
 
+@pytest.mark.parametrize("part", ["crack", "condition", "collider"])
+def test_meshes_of_every_part_are_in_the_plan(part: str, tmp_path: Path) -> None:
+    file = tmp_path / "wall.obj"
+    corners = [(x, y, z) for x in (0.2, 0.9) for y in (-1, 1) for z in (-1, 1)]
+    faces = ((1, 2, 4), (1, 4, 3), (5, 7, 8), (5, 8, 6), (1, 5, 6), (1, 6, 2), (3, 4, 8), (3, 8, 7), (1, 3, 7), (1, 7, 5))
+    faces = (*faces, (2, 6, 8), (2, 8, 4))
+    file.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces))
+    table: Tree = {"shape": {"type": "mesh", "file": str(file)}} | ({"clamped": True} if part == "condition" else {})
+    seen = probe(block(PD_BOND, **{part: [table]}))
+    assert seen.maps("openvdb") and "module/mesh" in seen.opened
+
+
 def test_files_open_hdf5_only(tmp_path: Path) -> None:
     tree = block(LOCAL) | {"output": {"formats": ["hdf5"]}}
     seen = probe(tree, str(tmp_path / "out"))

@@ -4,6 +4,7 @@
 #include <tbb/version.h>
 
 #include <Eigen/Core>
+#include <sstream>
 
 #include "perimpm/plugin/registry.hpp"
 #include "plugin/instruction_set.hpp"
@@ -22,12 +23,9 @@ constexpr const char* kCompiler = "GCC " __VERSION__;
 /// A module lists its libraries as "name version, name version".
 void add_module(Versions& list, const std::string& module) {
     using Text = const char*();
-    std::string rest = reinterpret_cast<Text*>(open_module(module, "perimpm_module_versions"))();
-    while (!rest.empty()) {
-        const std::string one = rest.substr(0, rest.find(", "));
-        rest.erase(0, one.size() + 2);
-        list.emplace_back(one.substr(0, one.find(' ')), one.substr(one.find(' ') + 1));
-    }
+    std::istringstream words(reinterpret_cast<Text*>(open_module(module, "perimpm_module_versions"))());
+    for (std::string name, version; words >> name >> version; list.emplace_back(name, version))
+        if (version.ends_with(',')) version.pop_back();
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ CrackSpec read_crack(const Value& table, std::size_t index, const Scene& scene) 
     if (kind.read)
         patch = kind.read(Reader{shape, kind.keys, fmt::format("{} ('{}')", what, kind.type), kType});
     else
-        check_shape(shape, what, scene.folder, false);
+        check_shape(shape, default_name, scene.folder, false);
     return {.name = r.given("name") ? r.text("name") : default_name,
             .patch = patch,
             .body = named_index(r, "body", scene.bodies),

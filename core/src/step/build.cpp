@@ -166,9 +166,11 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
                                      spec.law.type, w.scene.transfer.type));
     if (!spec.criterion.params) return;
     if (!m.needs.bonds)
-        throw InputError(spec.criterion.source.place.text(),
-                         fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none",
-                                     spec.criterion.type, spec.law.type, spec.name));
+        throw InputError(
+            spec.criterion.source.place.text(),
+            fmt::format("criterion '{}' breaks bonds, but law '{}' of material '{}' has none: use a bond law "
+                        "(pd_bond, pd_lps, pd_elastic), or no criterion and the law tensile_damage",
+                        spec.criterion.type, spec.law.type, spec.name));
     m.criterion_name = spec.criterion.type;
     context.opening_energy = m.needs.opening_energy, context.horizon = m.needs.horizon;
     context.volumes = m.needs.volumes;

@@ -109,6 +109,10 @@ FrameField empty_field(const FieldView& v, std::size_t rows) {
                                    std::byte{0xff})};  // all ones: NaN in both precisions, 2^32 - 1 in integers
 }
 
+bool is_of_breaking(const std::string& name) {
+    return name == "damage" || name == "broken_bonds" || name == "fragment";
+}
+
 /// "body" exists only in frames: which body each particle belongs to.
 template <class Real>
 FrameField body_field(const World<Real>& w) {
@@ -182,8 +186,12 @@ Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::st
                 place(*field, w.id.data() + m.begin, v);
             }
         if (!field)
-            throw InputError(w.scene.source.place.text(), "output.fields: no field '" + name + "' in this scene\n  " +
-                                                              suggestion(name, list_frame_fields(w)));
+            throw InputError(w.scene.source.place.text(),
+                             "output.fields: no field '" + name + "' in this scene" +
+                                 (is_of_breaking(name) ? ", in which nothing can break: give a material a fracture "
+                                                         "criterion, or the scene a crack"
+                                                       : "") +
+                                 "\n  " + suggestion(name, list_frame_fields(w)));
     }
     return frame;
 }

@@ -65,11 +65,14 @@ private:
         return names;
     }
     bool has_mesh() const {
-        const auto is_mesh = [](const auto& part) {
-            return std::get<std::string>(part.shape.find("type")->data) == "mesh";
+        const auto any = [](const auto& parts) {
+            return std::any_of(parts.begin(), parts.end(), [](const auto& part) {
+                const Value* shape = part.source.find("shape");
+                return shape && std::get<std::string>(shape->find("type")->data) == "mesh";
+            });
         };
-        return std::any_of(w_.scene.bodies.begin(), w_.scene.bodies.end(), is_mesh) ||
-               std::any_of(w_.scene.colliders.begin(), w_.scene.colliders.end(), is_mesh);
+        const Scene& s = w_.scene;
+        return any(s.bodies) || any(s.colliders) || any(s.cracks) || any(s.conditions);
     }
     bool writes_hdf5() const {
         const Names& formats = w_.scene.output.formats;

@@ -73,7 +73,7 @@ Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, cons
     }
     throw SimulationError(fmt::format(
         "no equilibrium within {} steps: the residual is {:g}, asked was {:g}\n  give more steps, or double "
-        "precision for residuals below 1e-5",
+        "precision for residuals below 1e-3",
         most_steps, reached, residual));
 }
 

@@ -30,8 +30,9 @@ PERIMPM_INLINE void deform(const T X[3], T out[3], const Entry F[9]) {
 template <class Real>
 class AveragedFamily {
     using P = Pack<Real>;
-    static constexpr std::uint32_t kKept = 512 / kLanes<Real>;  ///< packs kept for the second sweep, of families up to so many
-    static constexpr std::size_t kEntry = 7 * kLanes<Real>;     ///< X, w^ V and Y of a pack of bonds
+    static constexpr std::uint32_t kKept =
+        512 / kLanes<Real>;  ///< packs kept for the second sweep, of families up to so many
+    static constexpr std::size_t kEntry = 7 * kLanes<Real>;  ///< X, w^ V and Y of a pack of bonds
 
 public:
     AveragedFamily(const Block<Real>& b, const BondFields& at) : b_{b}, at_{at} {}
