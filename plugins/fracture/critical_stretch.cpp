@@ -24,12 +24,7 @@ constexpr ParamSpec kParams[] = {
      .range = above(0),
      .optional = true,
      .doc = "energy per area of crack, instead of critical_stretch, which then follows from the law and its horizon"},
-    {.key = "interval",
-     .kind = ParamKind::integer,
-     .unit = "steps",
-     .range = at_least(1),
-     .default_value = 1,
-     .doc = "the criterion is asked every so many steps"},
+    interval_param(),
 };
 
 template <class Real>

@@ -28,12 +28,7 @@ constexpr ParamSpec kParams[] = {
      .doc = "energy per area of crack, instead of critical_energy, which then follows from the law's bonds; with "
             "pd_elastic "
             "give the law influence = \"inverse\", or cracks are slow"},
-    {.key = "interval",
-     .kind = ParamKind::integer,
-     .unit = "steps",
-     .range = at_least(1),
-     .default_value = 1,
-     .doc = "the criterion is asked every so many steps"},
+    interval_param(),
 };
 
 template <class Real>

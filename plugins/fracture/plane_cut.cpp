@@ -49,12 +49,7 @@ constexpr ParamSpec kParams[] = {
      .range = open(0, 90),
      .default_value = 45,
      .doc = "and their directions differ by less"},
-    {.key = "interval",
-     .kind = ParamKind::integer,
-     .unit = "steps",
-     .range = at_least(1),
-     .default_value = 1,
-     .doc = "the criterion is asked every so many steps"},
+    interval_param(),
 };
 
 using Cell = std::array<std::int64_t, 3>;

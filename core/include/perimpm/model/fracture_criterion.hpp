@@ -46,6 +46,16 @@ public:
                         std::vector<BondCandidate>& cuts) const;
 };
 
+/// Of criteria that need not be asked in every step.
+constexpr ParamSpec interval_param() {
+    return {.key = "interval",
+            .kind = ParamKind::integer,
+            .unit = "steps",
+            .range = at_least(1),
+            .default_value = 1,
+            .doc = "the criterion is asked every so many steps"};
+}
+
 extern template class FractureCriterion<float>;
 extern template class FractureCriterion<double>;
 
