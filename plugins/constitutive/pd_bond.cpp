@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
+#include "perimpm/peridynamics/family_run.hpp"
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 #include "perimpm/plugin/plugin.hpp"
@@ -34,8 +35,8 @@ constexpr ParamSpec kParams[] = {
 enum ParticleState { kNormalisation };
 constexpr FieldSpec kParticleState[] = {
     {.name = "normalisation", .unit = "N/m^6", .doc = "half the micromodulus c of the particle's family"}};
-enum BondState { kStiffness, kOwn };
-constexpr FieldSpec kBondState[] = {
+enum BondConstants { kStiffness, kOwn };
+constexpr FieldSpec kBondConstants[] = {
     {.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"},
     {.name = "own_stiffness", .unit = "N/m", .doc = "the particle's share of it; surface \"moment\""}};
 
@@ -72,11 +73,11 @@ public:
                    .horizon = beta_.reach(),
                    .rounds = 2,
                    .particle_state = kParticleState,
-                   .bond_state = kBondState,
+                   .bond_constants = kBondConstants,
                    .moduli = {youngs_modulus_, springs_.poisson_ratio()},
                    .volumes = beta_.volumes(),
                    .opening_energy = opening_energy_};
-        if (surface_ != Surface::moment) n.bond_state.size = kOwn;
+        if (surface_ != Surface::moment) n.bond_constants.size = kOwn;
         return n;
     }
 
@@ -89,29 +90,28 @@ public:
     }
 
     void evaluate(Block<Real>& b, Real) const override {
-        const Real* stiffness = b.bond_state[kStiffness];
-        P extension(0);
-        for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* own = b.family.position + 4 * std::size_t{b.first + i};
-            P f[3] = {P(0), P(0), P(0)};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+        P largest(0);
+        for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
+            P f[3] = {}, extension(0);
+            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
-                bonds.difference(b.family.position, own, Y);
-                const P relative = live * relative_extension(Y, bonds.load(b.family.length));
-                const P pull = bonds.load(stiffness) * relative;  // (1)
+                family.deformed(bonds, Y);
+                const P relative = live * relative_extension(Y, bonds.constant(b.family.length));
+                const P pull = bonds.constant(b.bond_constants[kStiffness]) * relative;  // (1)
                 extension = larger(extension, relative);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
             });
-            for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
-        }
-        b.largest_stretch = stretch_of(hmax(extension));
+            family.write(f, b.force);
+            largest = larger(largest, family.own(extension));
+        });
+        b.largest_stretch = stretch_of(hmax(largest));
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
         return std::sqrt(springs_.modulus_of_young() * youngs_modulus_ / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_state[kStiffness], 1.0);
+        return silling_askari_bound(b, b.bond_constants[kStiffness], 1.0);
     }
 
     double energy(const Block<Real>& b) const override {
@@ -120,10 +120,10 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-                const P extension = norm(Y) - bonds.load(b.family.length);
+                const P extension = norm(Y) - bonds.constant(b.family.length);
                 // a quarter: half the spring energy, half for each of the pair's two entries
-                total += 0.25 * static_cast<double>(
-                                    reduce(live * bonds.load(b.bond_state[kStiffness]) * extension * extension));
+                total += 0.25 * static_cast<double>(reduce(live * bonds.constant(b.bond_constants[kStiffness]) *
+                                                           extension * extension));
             });
         return total;
     }
@@ -135,8 +135,9 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P extension = norm(Y) - bonds.load(b.family.length);
-                const P half = P(Real(0.25)) * live * bonds.load(b.bond_state[kStiffness]) * extension * extension;
+                const P extension = norm(Y) - bonds.constant(b.family.length);
+                const P half =
+                    P(Real(0.25)) * live * bonds.constant(b.bond_constants[kStiffness]) * extension * extension;
                 store_energy(b, bonds, half, half);
             });
         }

@@ -58,7 +58,7 @@ constexpr FieldSpec kStressField = {
 enum Record { kReference = 9, kPresent = 12, kStabilisation = 15, kRecord = 16 };
 constexpr FieldSpec kForceState = {
     .name = "force_state", .components = 9, .unit = "N/m^7", .doc = "B of (5), row-major", .packed = kRecord};
-constexpr FieldSpec kBondState[] = {{.name = "pair_weight", .unit = "m^6", .doc = "w V_p V_q"}};
+constexpr FieldSpec kBondConstants[] = {{.name = "pair_weight", .unit = "m^6", .doc = "w V_p V_q"}};
 constexpr int kVoigt[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 template <class Real>
@@ -97,14 +97,21 @@ public:
                 .prepare = true,
                 .horizon = influence_.reach(),
                 .particle_state = kept(fields_),
-                .bond_state = kBondState,
+                .bond_constants = kBondConstants,
                 .moduli = inner_.moduli};
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
-        for (std::uint32_t i = 0; i < b.size; ++i) set_shape_inverse(b, i);
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            set_weights(b, i), set_shape_inverse(b, i);
+            store(b.particle_state[kMeanDeformation], i, Mat3<Real>::identity());
+            if (inner_.flows) store(b.particle_state[kElastic], i, Mat3<Real>::identity());
+        }
         Block<Real> inner = inner_block(b);
         law_->initialise(inner, round);
+    }
+    void renew(Block<Real>& b) const override {
+        for (std::uint32_t i = 0; i < b.size; ++i) set_shape_inverse(b, i);
     }
 
     void prepare(Block<Real>& b) const override {
@@ -128,7 +135,7 @@ public:
                 P theirs[kRecord], X[3];
                 bonds.template gather_packed<kRecord>(records, theirs);
                 for (int c = 0; c < 3; ++c) X[c] = theirs[kReference + c] - mine[kReference + c];
-                const P weight = live * bonds.load(b.bond_state[0]);
+                const P weight = live * bonds.constant(b.bond_constants[0]);
                 const P both = theirs[kStabilisation] + mine[kStabilisation];
                 for (int c = 0; c < 3; ++c) {
                     P pull = both * (theirs[kPresent + c] - mine[kPresent + c] - X[c]);
@@ -148,7 +155,7 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i) {
             double sum = 0;
             for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
-                sum += static_cast<double>(b.bond_state[0][slot]) *
+                sum += static_cast<double>(b.bond_constants[0][constant_of(b.family, i, slot)]) *
                        (stiffness(b, b.first + i, speed) + stiffness(b, b.family.neighbour[slot], speed));
             if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / sum));
         }
@@ -170,7 +177,7 @@ public:
                     const P z = Y[c] - (F[3 * c] * X[0] + F[3 * c + 1] * X[1] + F[3 * c + 2] * X[2]);
                     z2 += z * z;
                 }
-                sum += live * bonds.load(b.bond_state[0]) * z2;
+                sum += live * bonds.constant(b.bond_constants[0]) * z2;
             });
             total += 0.5 * static_cast<double>(record[kStabilisation]) * static_cast<double>(reduce(sum));  // (4)
         }
@@ -195,7 +202,7 @@ private:
             const bool own = k < inner_.particle_state.size;
             inner.particle_state[k] = own ? b.particle_state[first_inner_ + k] : Field<Real>{};
             inner.family_state[k] = {};
-            inner.bond_state[k] = nullptr;
+            inner.bond_state[k] = inner.bond_constants[k] = nullptr;
         }
         return inner;
     }
@@ -214,15 +221,24 @@ private:
         return m;
     }
 
+    /// w V_q
+    double weight(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) const {
+        const Real volume = b.family.reference[4 * std::size_t{b.family.neighbour[slot]} + 3];
+        return influence_(static_cast<double>(b.family.length[constant_of(b.family, i, slot)])) *
+               static_cast<double>(volume);
+    }
+    void set_weights(Block<Real>& b, std::uint32_t i) const {
+        const double volume = static_cast<double>(b.family.reference[4 * std::size_t{b.first + i} + 3]);
+        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
+            b.bond_constants[0][constant_of(b.family, i, slot)] = static_cast<Real>(weight(b, i, slot) * volume);
+    }
     void set_shape_inverse(Block<Real>& b, std::uint32_t i) const {
         Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
         const Real* own = b.family.reference + 4 * std::size_t{b.first + i};
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
             const Eigen::Vector3d X(other[0] - own[0], other[1] - own[1], other[2] - own[2]);
-            const double w = influence_(static_cast<double>(b.family.length[slot])) * static_cast<double>(other[3]);
-            b.bond_state[0][slot] = static_cast<Real>(w * static_cast<double>(own[3]));
-            if (!b.family.is_broken(slot)) K += w * X * X.transpose();
+            if (!b.family.is_broken(slot)) K += weight(b, i, slot) * X * X.transpose();
         }
         const Eigen::Vector3d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(K).eigenvalues();
         const bool spans = spread[0] > kSingular * spread[2];
@@ -234,10 +250,6 @@ private:
         if (!grid_)
             b.particle_state[force_state_].data[kRecord * std::size_t{i} + kStabilisation] =
                 static_cast<Real>(spans ? strength_ * modulus_ / K.trace() : 0);
-        const Mat3<Real> known = load(b.particle_state[kMeanDeformation], i);
-        if (std::any_of(known.m, known.m + 9, [](Real c) { return c != 0; })) return;  // the family lost bonds
-        store(b.particle_state[kMeanDeformation], i, Mat3<Real>::identity());
-        if (inner_.flows) store(b.particle_state[kElastic], i, Mat3<Real>::identity());
     }
 
     void set_mean_deformation(Block<Real>& b, std::uint32_t i) const {
@@ -250,7 +262,7 @@ private:
             P X[3], Y[3];
             bonds.difference(b.family.reference, reference, X);
             bonds.difference(b.family.position, position, Y);
-            const P weight = live * bonds.load(b.bond_state[0]);
+            const P weight = live * bonds.constant(b.bond_constants[0]);
             for (int c = 0; c < 9; ++c) A[c] += (Y[c / 3] - X[c / 3]) * (weight * X[c % 3]);
         });
         Mat3<Real> sum;

@@ -24,6 +24,7 @@
     continuum families of constant w, can be given as `yield_psi`. */
 #include "perimpm/math/elasticity.hpp"
 #include "perimpm/peridynamics/bond_flow.hpp"
+#include "perimpm/peridynamics/family_run.hpp"
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
@@ -53,14 +54,15 @@ constexpr ParamSpec kParams[] = {
     yield_rule_param("family"),
     hardening_param(),
 };
-enum ParticleState { kNormalisation, kDilatation, kPressure };
+enum ParticleState { kNormalisation, kDilatation, kPressure, kRecord };
 constexpr FieldSpec kParticleState[] = {
     {.name = "normalisation", .unit = "1/m^5", .doc = "1/m of (1)"},
     {.name = "dilatation", .doc = "theta of (2), the relative change of volume"},
-    {.name = "pressure_state", .doc = "pi of the header comment", .packed = 4},  // y follows: one load per neighbour
+    {.name = "pressure_state", .doc = "pi of the header comment"},
+    {.name = "pressure_record", .doc = "pi again, and y beside it: one load per neighbour", .packed = 4},
 };
-enum BondState { kStiffness, kOwn };
-constexpr FieldSpec kBondState[] = {
+enum BondConstants { kStiffness, kOwn };
+constexpr FieldSpec kBondConstants[] = {
     {.name = "stiffness", .unit = "m", .doc = "S<p,q> + S<q,p>; times 15 mu: N/m"},
     {.name = "own_stiffness", .unit = "m", .doc = "S<p,q> = V_p V_q w/m"},
 };
@@ -84,8 +86,7 @@ public:
               peridynamics::opening_energy(influence_.reach(), p.context(), moment(), deviatoric() / 2,
                                            (d_ * d_ * bulk_ - deviatoric()) / 2)},  // (3) of r stretched bonds
           flow_{p, deviatoric(), 3 * shear_, 1.0, "yield_psi"},
-          particle_fields_(std::begin(kParticleState), std::end(kParticleState)),
-          bond_fields_(std::begin(kBondState), std::end(kBondState)) {
+          particle_fields_(std::begin(kParticleState), std::end(kParticleState)) {
         if (flow_.active()) flow_fields_ = flow_.declare(kOwn, particle_fields_, bond_fields_, kDilatation);
     }
     LawNeeds needs() const noexcept override {
@@ -97,6 +98,7 @@ public:
                 .rounds = 2,
                 .particle_state = kept(particle_fields_),
                 .bond_state = kept(bond_fields_),
+                .bond_constants = kBondConstants,
                 .moduli = {youngs_modulus_, poisson_ratio_},
                 .volumes = influence_.volumes(),
                 .opening_energy = opening_energy_};
@@ -108,26 +110,28 @@ public:
     }
 
     void prepare(Block<Real>& b) const override {
-        for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* y = b.family.position + 4 * std::size_t{b.first + i};
+        Real* dilatation = b.particle_state[kDilatation][0];
+        for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
             P expansion(0), whole(0);
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
-                bonds.difference(b.family.position, y, Y);
-                const P x = bonds.load(b.family.length);
-                const P moment = live * bonds.load(b.bond_state[kOwn]) * x;
+                family.deformed(bonds, Y);
+                const P x = bonds.constant(b.family.length);
+                const P moment = live * bonds.constant(b.bond_constants[kOwn]) * x;
                 expansion += moment * (norm(Y) - x);
                 whole += moment * x;
             });
-            const Real theta = static_cast<Real>(d_) * reduce(expansion) / b.volume[i];  // (2)
-            const Real s = reduce(whole) / b.volume[i];
-            b.particle_state[kDilatation][0][i] = theta;
-            if (flow_.active()) flow_.yield(b, i, theta, flow_fields_);
-            Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
-            record[0] =
-                theta * static_cast<Real>(bulk_ / ((d_ + 2) * shear_) - 2 / d_) + theta * s / static_cast<Real>(d_);
-            for (int c = 0; c < 3; ++c) record[1 + c] = y[c];
-        }
+            using T = decltype(family.total(whole));  // a number, or one in each lane
+            const T theta = T(static_cast<Real>(d_)) * family.total(expansion) / family.at(b.volume);  // (2)
+            const T s = family.total(whole) / family.at(b.volume);
+            const T pressure = theta * T(static_cast<Real>(bulk_ / ((d_ + 2) * shear_) - 2 / d_)) +
+                               theta * s / T(static_cast<Real>(d_));
+            const T record[4] = {pressure, family.at(b.x[0]), family.at(b.x[1]), family.at(b.x[2])};
+            family.put(dilatation, theta);
+            family.put(b.particle_state[kPressure][0], pressure);
+            family.put_quad(b.particle_state[kRecord].data, record);
+        });
+        for (std::uint32_t i = 0; i < b.size && flow_.active(); ++i) flow_.yield(b, i, dilatation[i], flow_fields_);
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -139,7 +143,7 @@ public:
     }
     /// By Cauchy's inequality (3) is at most the energy of springs d^2 K S (d (d + 2) mu S where that is more) of the families.
     double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_state[kStiffness], std::max(d_ * d_ * bulk_, deviatoric()));
+        return silling_askari_bound(b, b.bond_constants[kStiffness], std::max(d_ * d_ * bulk_, deviatoric()));
     }
 
     double energy(const Block<Real>& b) const override {
@@ -150,10 +154,11 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-                const P x = bonds.load(b.family.length);
+                const P x = bonds.constant(b.family.length);
                 P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / d_)) * x;
                 if (flow_.active()) deviatoric -= x * bonds.load(b.bond_state[flow_fields_.strain]);
-                shape += static_cast<double>(reduce(live * bonds.load(b.bond_state[kOwn]) * deviatoric * deviatoric));
+                shape += static_cast<double>(
+                    reduce(live * bonds.constant(b.bond_constants[kOwn]) * deviatoric * deviatoric));
             });
             total +=
                 0.5 * bulk_ * static_cast<double>(b.volume[i]) * theta * theta + 0.5 * deviatoric() * shape;  // (3)
@@ -169,13 +174,13 @@ private:
     void store_as(const Block<Real>& b) const {
         const P half(static_cast<Real>(0.5 * deviatoric())), per_dimension(static_cast<Real>(1 / d_));
         for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
+            const Real* record = b.particle_state[kRecord].data + 4 * std::size_t{i};
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P other[4], Y[3];
-                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
+                bonds.template gather_packed<4>(b.family_state[kRecord].data, other);
                 for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
-                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
-                        own = bonds.load(b.bond_state[kOwn]), e = norm(Y) - x;
+                const P x = bonds.constant(b.family.length), both = bonds.constant(b.bond_constants[kStiffness]),
+                        own = bonds.constant(b.bond_constants[kOwn]), e = norm(Y) - x;
                 P here = (e + x * record[0]) * e, there = (e + x * other[0]) * e;
                 if constexpr (Yields) {
                     const auto less = [&](const P& yielded, const P& theta) {
@@ -193,19 +198,20 @@ private:
     template <bool Yields>
     void evaluate_as(Block<Real>& b) const {
         const P stiffness(static_cast<Real>(deviatoric()));
-        P extension(0);
-        for (std::uint32_t i = 0; i < b.size; ++i) {
-            const Real* record = b.particle_state[kPressure].data + 4 * std::size_t{i};
-            P f[3] = {P(0), P(0), P(0)};
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+        P largest(0);
+        const auto force = [&](const auto& family) PERIMPM_INLINE_LAMBDA {
+            P f[3] = {}, extension(0);
+            const P pressure(family.at(b.particle_state[kPressure][0]));
+            const P own_y[3] = {P(family.at(b.x[0])), P(family.at(b.x[1])), P(family.at(b.x[2]))};
+            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P other[4], Y[3];
-                bonds.template gather_packed<4>(b.family_state[kPressure].data, other);
-                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
-                const P x = bonds.load(b.family.length), both = bonds.load(b.bond_state[kStiffness]),
-                        own = bonds.load(b.bond_state[kOwn]);
+                neighbour(b, bonds, other);
+                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - own_y[c];
+                const P x = bonds.constant(b.family.length), both = bonds.constant(b.bond_constants[kStiffness]),
+                        own = bonds.constant(b.bond_constants[kOwn]);
                 const P y = norm(Y), inverse = inverse_length(y);
                 const P e = y - x;
-                P t = both * e + x * (own * record[0] + (both - own) * other[0]);  // (4), both directions
+                P t = both * e + x * (own * pressure + (both - own) * other[0]);  // (4), both directions
                 if constexpr (Yields)
                     t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
                               (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
@@ -213,9 +219,23 @@ private:
                 extension = larger(extension, live * e * inverse);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
             });
-            for (int c = 0; c < 3; ++c) b.force[c][i] = reduce(f[c]);
-        }
-        b.largest_stretch = stretch_of(hmax(extension));
+            family.write(f, b.force);
+            largest = larger(largest, family.own(extension));
+        };
+        if constexpr (Yields)
+            for (std::uint32_t i = 0; i < b.size; ++i) force(OneFamily<Real>(b, i));
+        else
+            for_each_family(b, force);
+        b.largest_stretch = stretch_of(hmax(largest));
+    }
+    /// pi and y of the neighbours.
+    PERIMPM_INLINE static void neighbour(const Block<Real>& b, const BondPack<Real>& bonds, P other[4]) {
+        bonds.template gather_packed<4>(b.family_state[kRecord].data, other);
+    }
+    template <class Shapes>
+    PERIMPM_INLINE static void neighbour(const Block<Real>& b, const RunPack<Real, Shapes>& bonds, P other[4]) {
+        other[0] = bonds.gather(b.family_state[kPressure][0]);
+        for (std::size_t c = 0; c < 3; ++c) other[1 + c] = bonds.gather(b.family.y[c]);
     }
 
     static double poisson_ratio_of(const Params& p) {

@@ -51,7 +51,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 const P own(b.stored.own + (bonds.slot - first), std::experimental::element_aligned);
                 const P other(b.stored.other + (bonds.slot - first), std::experimental::element_aligned);
-                const P volume = bonds.gather(b.family.volume) * share(bonds.load(b.family.length));
+                const P volume = bonds.gather(b.family.volume) * share(bonds.constant(b.family.length));
                 const auto over = live > P(0) && own + other > limit * volume;  // (1)
                 if (any_of(over))
                     for (std::uint32_t lane = 0; lane < bonds.size; ++lane)
@@ -83,7 +83,7 @@ private:
         const Real* own = b.family.position + 4 * std::size_t{b.first + i};
         const Real* other = b.family.position + 4 * std::size_t{b.family.neighbour[slot]};
         const Real Y[3] = {other[0] - own[0], other[1] - own[1], other[2] - own[2]};
-        return norm(Y) > b.family.length[slot];
+        return norm(Y) > b.family.length[constant_of(b.family, i, slot)];
     }
 
     Real critical_;  ///< w_c [J/m^6]

@@ -93,7 +93,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P X = bonds.load(b.family.length);
+                const P X = bonds.constant(b.family.length);
                 const P limit = by_length_ ? threshold * X * X : threshold * X;
                 const auto over = live > P(0) && norm(Y) - X > limit;
                 if (any_of(over))
@@ -123,7 +123,8 @@ private:
         std::vector<Deformed> list;
         for (const auto& [p, slot] : found) {
             const Vec3 x = position(all, p), other = position(all, all.family.neighbour[slot]);
-            const double X = static_cast<double>(all.family.length[slot]), Y = (other - x).norm();
+            const double X = static_cast<double>(all.family.length[constant_of(all.family, p, slot)]),
+                         Y = (other - x).norm();
             const double share = damage_slows_ ? inactive.at(cell_of(x, cell_)) : 0.0;
             const double l = (Y - X) / (by_length_ ? X * X : X) / (1 + share);  // (12)
             if (l <= threshold_) continue;
@@ -226,7 +227,7 @@ private:
         for (const auto& [p, slot] : found) {
             Y = std::max(Y, (position(all, all.family.neighbour[slot]) - position(all, p)).norm());
             for (std::uint32_t k = all.family.row[p]; k < all.family.row[p + 1]; ++k)
-                X = std::max(X, static_cast<double>(all.family.length[k]));
+                X = std::max(X, static_cast<double>(all.family.length[constant_of(all.family, p, k)]));
         }
         return std::max(Y, X * (1 + (by_length_ ? threshold_ * X : threshold_)));
     }

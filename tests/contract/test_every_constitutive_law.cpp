@@ -96,6 +96,52 @@ TEMPLATE_TEST_CASE("every law: forces and stresses are finite, whatever family i
     }
 }
 
+TEMPLATE_TEST_CASE("every law: families in lanes and families one by one have the same forces", "[contract]", float,
+                   double) {
+    const double h = 1.0 / 128, rounding = static_cast<double>(std::numeric_limits<TestType>::epsilon());
+    int laws = 0;
+    for (const std::string& name : names_of(Family::constitutive)) {
+        std::vector<std::string> tables = {""};
+        if (name == "pd_elastic" || name == "pd_bond" || name == "pd_lps")
+            for (const char* more : {"surface = \"none\"\n", "surface = \"family\"\n"}) tables.push_back(more);
+        if (name == "pd_elastic")
+            for (const char* more :
+                 {"influence = \"constant\"\n", "bending_ratio = 0.0\n", "formulation = \"paper\"\n"})
+                tables.push_back(more);
+        for (const std::string& table : tables) {
+            CAPTURE(name, table);
+            const auto law =
+                make<ConstitutiveLaw, TestType>(name, smallest_table(Family::constitutive, name) + table,
+                                                {.density = 1000, .particle_spacing = h, .grid_spacing = 2 * h});
+            if (!law->needs().bonds || law->needs().stress) continue;
+            ++laws;
+            Particles<TestType> particles(*law, rows_of_particles(7, 60, h), h * h * h);
+            REQUIRE(particles.longest_run() >= 40);
+            Bonds& bonds = particles.bonds();
+            const std::uint32_t middle = (3 * 7 + 3) * 60 + 20;
+            for (std::uint32_t slot = bonds.row[middle]; slot < bonds.row[middle + 1]; slot += 3) {
+                bonds.break_direction(bonds.neighbour[slot], bonds.opposite(middle, slot));
+                bonds.break_direction(middle, slot);
+            }
+            particles.renew();
+            std::mt19937 random(5);
+            std::uniform_real_distribution<double> shift(-0.1 * h, 0.1 * h);
+            particles.move(
+                [&](const Vec3& X) -> Vec3 { return X + Vec3(shift(random), shift(random), shift(random)); });
+            particles.evaluate(128);
+            const double size = particles.largest_force();
+            std::vector<Vec3> in_lanes;
+            for (std::uint32_t p = 0; p < particles.size(); ++p) in_lanes.push_back(particles.force(p));
+            particles.finds_runs = false;
+            particles.evaluate(128);
+            CHECK(size > 0);
+            for (std::uint32_t p = 0; p < particles.size(); ++p)
+                REQUIRE((particles.force(p) - in_lanes[p]).norm() <= 100 * rounding * size);
+        }
+    }
+    CHECK(laws >= 10);
+}
+
 TEST_CASE("every law: a rotation changes nothing but the frame", "[contract]") {
     Matrix3d F;
     F << 1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.1, 0.0, 1.1;
@@ -205,8 +251,10 @@ TEST_CASE("every law: asks for a deformation gradient or for bonds, never both",
         CHECK(needs.rounds >= 1);
         CHECK(needs.particle_state.size <= kMaxStateFields);
         CHECK(needs.bond_state.size <= kMaxStateFields);
+        CHECK(needs.bond_constants.size <= kMaxStateFields);
         check_fields(needs.particle_state);
         check_fields(needs.bond_state);
+        check_fields(needs.bond_constants);
     }
 }
 
@@ -241,7 +289,7 @@ TEST_CASE("every law: what it stores in bonds adds up to its energy, family by f
                     bonds.break_direction(bonds.neighbour[slot], bonds.opposite(p, slot));
                     bonds.break_direction(p, slot);
                 }
-            particles.initialise();
+            particles.renew();
             sample.scramble(3);
             particles.evaluate();
             const auto ends = particles.bond_energies();

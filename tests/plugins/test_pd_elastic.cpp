@@ -237,7 +237,7 @@ TEST_CASE("pd_elastic: a particle that lost all bonds is free", "[constitutive]"
         bonds.break_direction(p, s);
         bonds.break_direction(bonds.neighbour[s], bonds.opposite(p, s));
     }
-    particles.initialise();
+    particles.renew();
     particles.deform(some_stretch());
     particles.evaluate();
     CHECK(particles.force(p).norm() == 0);

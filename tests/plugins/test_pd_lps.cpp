@@ -215,7 +215,7 @@ TEST_CASE("pd_lps: forces are minus the energy's gradient and balance, broken bo
                 bonds.break_direction(p, s);
                 bonds.break_direction(bonds.neighbour[s], bonds.opposite(p, s));
             }
-        particles.initialise();
+        particles.renew();
         const std::vector<Vec3> y = shake(particles, kSpacing);
         check_momenta(particles, y, kSpacing);
         check_gradient(particles, y, kSpacing);

@@ -8,6 +8,7 @@
 
 #include "perimpm/model/constitutive_law.hpp"
 #include "state/array.hpp"
+#include "state/bond_constants.hpp"
 #include "state/bonds.hpp"
 
 /// Particles of one material with everything that its law asked for, without a simulation: for tests of laws and
@@ -22,8 +23,8 @@ public:
     template <class T>
     using Fields = perimpm::FieldArray<T>;
 
-    /// At rest at X, each of `volume` [m^3] and of `density` [kg/m^3]. Bond laws get their families and run
-    /// `initialise`.
+    /// At rest at X, each of `volume` [m^3] and of `density` [kg/m^3]. Laws run `initialise`, those of
+    /// bonds on their families.
     Particles(const perimpm::ConstitutiveLaw<Real>& law, std::vector<Vec3> X, double volume, double density = 1000.0)
         : law_{law},
           needs_{law.needs()},
@@ -44,7 +45,9 @@ public:
         if (needs_.deformation_gradient) F_ = Fields<Real>(size(), 9), tau_ = Fields<Real>(size(), 6);
         move([](const Vec3& at) { return at; });
         for (std::size_t p = 0; p < size() && needs_.deformation_gradient; ++p) set_F(p, Mat3::Identity());
-        initialise();
+        perimpm::Block<Real> all = block();
+        for (std::uint32_t round = 0; round < needs_.rounds; ++round) law_.initialise(all, round);
+        if (needs_.bonds) constants_.share(bonds_, reference_.data());
     }
 
     std::size_t size() const { return X_.size(); }
@@ -84,15 +87,26 @@ public:
         if (!needs_.bonds) return b;
         b.family = {
             bonds_.row.data() + first, bonds_.neighbour.data(), bonds_.broken.data(), bonds_.damage.data() + first,
-            position_.data(),          reference_.data(),       volume_.data(),       length_.data()};
+            position_.data(),          reference_.data(),       volume_.data()};
+        b.family.shape = constants_.shape.data() + first;
+        b.family.twin = constants_.twin.data() + first;
+        b.family.length = constants_.length.data();
+        if (finds_runs && !constants_.run.empty()) b.family.run = constants_.run.data() + first;
+        b.family.y = x_.view();
+        for (std::size_t k = 0; k < constants_.declared.size(); ++k)
+            b.bond_constants[k] = constants_.declared[k].data();
         return b;
     }
     perimpm::Block<Real> block() { return block(0, size()); }
 
-    /// Reference quantities, as at the start and after bonds broke.
-    void initialise() {
+    /// Reference quantities after bonds broke.
+    void renew() {
         perimpm::Block<Real> all = block();
-        for (std::uint32_t round = 0; round < needs_.rounds; ++round) law_.initialise(all, round);
+        law_.renew(all);
+    }
+    bool finds_runs = true;  ///< whether laws hear of runs of families
+    int longest_run() const {
+        return *std::max_element(constants_.run.data(), constants_.run.data() + constants_.run.size());
     }
     /// Stress or force of all particles, in blocks of at most `chunk` particles.
     void evaluate(std::size_t chunk = ~std::size_t{0}) {
@@ -152,8 +166,7 @@ private:
             for (int c = 0; c < 3; ++c) reference_[4 * p + static_cast<std::size_t>(c)] = static_cast<Real>(X_[p][c]);
             reference_[4 * p + 3] = volume_[p];
         }
-        length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
-        length_ = perimpm::bond_lengths<Real>(bonds_, reference_.data());
+        constants_ = perimpm::BondConstants<Real>(bonds_, reference_.data(), needs_.bond_constants);
         for (std::uint32_t k = 0; k < needs_.bond_state.size; ++k) {
             bond_state_.emplace_back(bonds_.size(), perimpm::kSlotPadding);
             std::fill_n(bond_state_.back().data(), bonds_.size(), static_cast<Real>(needs_.bond_state.data[k].initial));
@@ -163,11 +176,12 @@ private:
     const perimpm::ConstitutiveLaw<Real>& law_;
     perimpm::LawNeeds needs_;
     std::vector<Vec3> X_;
-    Array<Real> volume_, mass_, position_, reference_, length_;
+    Array<Real> volume_, mass_, position_, reference_;
     Fields<Real> x_, v_, F_, tau_, force_;
     std::vector<Fields<Real>> particle_state_;
     std::vector<Array<Real>> bond_state_;
     perimpm::Bonds bonds_;
+    perimpm::BondConstants<Real> constants_;
 };
 
 /// Points of the cubic lattice with spacing h: `count` along each axis, the middle one (for odd counts) at the origin.
@@ -177,6 +191,15 @@ inline std::vector<perimpm::Vec3> lattice(int count, double h) {
         for (int j = 0; j < count; ++j)
             for (int k = 0; k < count; ++k)
                 points.push_back(h * (perimpm::Vec3(i, j, k) - perimpm::Vec3::Constant(count / 2)));
+    return points;
+}
+
+/// Points of n x n rows of `length` points along z.
+inline std::vector<perimpm::Vec3> rows_of_particles(int n, int length, double h) {
+    std::vector<perimpm::Vec3> points;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            for (int k = 0; k < length; ++k) points.push_back(h * perimpm::Vec3(i, j, k));
     return points;
 }
 

@@ -69,14 +69,10 @@ void scatter_places(World<double>& w, double reach, unsigned seed) {
             const auto to = 4 * p + static_cast<std::size_t>(c);
             m.position[to] = m.reference[to] = X[p][c];
         }
-    m.length = bond_lengths<double>(m.bonds, m.reference.data());
-    m.bond_state.clear();
-    for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {
-        m.bond_state.emplace_back(m.bonds.size(), kSlotPadding);
-        std::fill_n(m.bond_state.back().data(), m.bonds.size(), m.needs.bond_state.data[k].initial);
-    }
+    m.constants = BondConstants<double>(m.bonds, m.reference.data(), m.needs.bond_constants);
     for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
         for_each_chunk(w, m, [&](std::size_t, Block<double>& b) { m.law->initialise(b, round); });
+    m.constants.share(m.bonds, m.reference.data());
 }
 
 /// All NaN for a run that broke down.

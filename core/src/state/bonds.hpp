@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "perimpm/geometry/shape.hpp"
-#include "perimpm/peridynamics/family.hpp"
+#include "perimpm/model/block.hpp"
 #include "state/array.hpp"
 
 namespace perimpm {
@@ -29,20 +29,5 @@ struct Bonds {
 /// All pairs of the same body at distance <= horizon [m]. `bodies`: first particle of each body, then the total.
 /// Throws InputError for two particles at one place; more than 2^32 - 1 bonds.
 Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, double horizon, bool can_break);
-
-/// |X| of every bond, from reference positions packed by four in the precision that forces are computed in: a bond in
-/// its reference state then has no extension, not even by rounding.
-template <class Real>
-AlignedArray<Real> bond_lengths(const Bonds& bonds, const Real* reference) {
-    AlignedArray<Real> length(bonds.size(), kSlotPadding);
-    for (std::size_t p = 0; p + 1 < bonds.row.size(); ++p)
-        for (std::uint32_t slot = bonds.row[p]; slot < bonds.row[p + 1]; ++slot) {
-            const Real* own = reference + 4 * p;
-            const Real* other = reference + 4 * std::size_t{bonds.neighbour[slot]};
-            const Real X[3] = {other[0] - own[0], other[1] - own[1], other[2] - own[2]};
-            length[slot] = peridynamics::norm(X);
-        }
-    return length;
-}
 
 }  // namespace perimpm

@@ -39,8 +39,9 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
                   "a law needs either bonds or a deformation gradient");
     require_sound(!needs.stress || needs.bonds, spec, "only a law with bonds says that it writes stress");
     require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
-    require_sound(std::max(needs.particle_state.size, needs.bond_state.size) <= kMaxStateFields, spec,
-                  "it declares more than 8 state fields");
+    require_sound(
+        std::max({needs.particle_state.size, needs.bond_state.size, needs.bond_constants.size}) <= kMaxStateFields,
+        spec, "it declares more than 8 state fields");
     for (std::uint32_t k = 0; k < needs.particle_state.size; ++k)
         require_sound(sound_packing(needs, needs.particle_state.data[k]), spec,
                       "a packed field needs bonds and a width that is a multiple of 4 and holds its components");
@@ -219,7 +220,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
         for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];
         m.reference[4 * p + 3] = w.volume[m.begin + p];
     }
-    m.length = bond_lengths<Real>(m.bonds, m.reference.data());
+    m.constants = BondConstants<Real>(m.bonds, m.reference.data(), m.needs.bond_constants);
     if (w.transfer_needs.grid) m.order = AlignedArray<std::uint32_t>(m.size);
     for (std::uint32_t k = 0; k < m.needs.bond_state.size; ++k) {
         const FieldSpec& spec = m.needs.bond_state.data[k];
@@ -228,6 +229,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     }
     for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
         for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
+    m.constants.share(m.bonds, m.reference.data());
 }
 
 template <class Real>
@@ -281,17 +283,20 @@ void allocate_particles(World<Real>& w, const std::vector<BodySample>& samples) 
 
 /// Puts the particles of a body into the arrays from `at` on, and their positions into X.
 template <class Real>
-void place_body(World<Real>& w, const BodySample& body, double density, std::size_t at, std::vector<Vec3>& X) {
+void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m, std::size_t at, std::vector<Vec3>& X) {
     const BodySpec& spec = *body.spec;
+    const std::vector<Vec3> points = m.has_bonds() ? exact_lattice<Real>(body.points, body.spacing) : body.points;
+    const std::vector<std::uint32_t> order =
+        m.has_bonds() ? row_order(points, body.spacing) : morton_order(points, body.spacing);
     const std::uint32_t first_id = w.body_begin[static_cast<std::size_t>(&spec - w.scene.bodies.data())];
-    for (const std::uint32_t p : morton_order(body.points, body.spacing)) {
-        const Vec3& x = body.points[p];
+    for (const std::uint32_t p : order) {
+        const Vec3& x = points[p];
         const Vec3 v = spec.velocity + spec.angular_velocity.cross(x - body.center);
         for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
         for (int c = 0; w.transfer_needs.affine && c < 9; ++c)  // a spinning body starts as the affine field that it is
             w.C[c][at] = static_cast<Real>(spec.angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
         w.volume[at] = static_cast<Real>(body.particle_volume);
-        w.mass[at] = static_cast<Real>(density * body.particle_volume);
+        w.mass[at] = static_cast<Real>(m.density * body.particle_volume);
         w.id[at++] = first_id + p;
         w.set_speed(std::max(w.max_speed, v.norm()));
         X.push_back(x);
@@ -309,7 +314,7 @@ void build_material(World<Real>& w, std::uint32_t number, const std::vector<Body
     std::vector<std::size_t> begins{0};
     for (const BodySample& body : bodies) {
         m.bodies.push_back(static_cast<std::uint32_t>(X.size()));
-        place_body(w, body, spec.density, begin + X.size(), X);
+        place_body(w, body, m, begin + X.size(), X);
         begins.push_back(X.size());
     }
     m.size = X.size();

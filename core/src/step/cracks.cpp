@@ -61,9 +61,7 @@ void open_cracks(World<Real>& w) {
     w.has_crack_surfaces = std::any_of(w.materials.begin(), w.materials.end(),
                                        [](const Material<Real>& m) { return m.frees_crack_surfaces; });
     for (Material<Real>& m : w.materials)
-        if (m.has_bonds())
-            for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
-                for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
+        if (m.has_bonds()) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->renew(b); });
 }
 
 template void open_cracks(World<float>&);

@@ -55,8 +55,7 @@ void renew(World<Real>& w, Material<Real>& m, const std::vector<std::size_t>& ch
             body(chunks[k], b);
         });
     };
-    for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
-        run(changed, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
+    run(changed, [&](std::size_t, Block<Real>& b) { m.law->renew(b); });
     if (m.needs.prepare) run(changed, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
     std::fill(m.touched.begin(), m.touched.end(), char(0));
     for (const std::size_t c : changed) {

@@ -10,6 +10,7 @@
 #include "perimpm/model/fracture_criterion.hpp"
 #include "perimpm/plugin/registry.hpp"
 #include "state/array.hpp"
+#include "state/bond_constants.hpp"
 #include "state/bonds.hpp"
 
 namespace perimpm {
@@ -48,7 +49,7 @@ struct Material {
     FieldArray<Real> force, stress;                 ///< bond laws: one of the two
     Bonds bonds;                                    ///< bond laws
     AlignedArray<Real> position, reference;         ///< bond laws: x and X packed by four
-    AlignedArray<Real> length;                      ///< bond laws: |X| by bond
+    BondConstants<Real> constants;                  ///< bond laws
     AlignedArray<std::uint32_t> order;              ///< bond laws: particle indices in grid order
     std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
     std::vector<BondCandidate> candidates, cuts;    ///< the same, joined; those that break

@@ -172,11 +172,14 @@ private:
             own("positions by four", m.position.bytes() + m.reference.bytes());
             own("grid order", m.order.bytes());
             own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
-            own("bonds.length", m.length.bytes());
+            own("bonds.shape", m.constants.shape.bytes() + m.constants.twin.bytes() + m.constants.run.bytes());
+            own("bonds.length", m.constants.length.bytes());
             own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes() + m.bonds.share.bytes());
             for (StateField<Real>& s : m.particle_state) own(s.spec.name, s.values.bytes());
             for (std::size_t k = 0; k < m.bond_state.size(); ++k)
                 own(fmt::format("bonds.{}", m.needs.bond_state.data[k].name), m.bond_state[k].bytes());
+            for (std::size_t k = 0; k < m.constants.declared.size(); ++k)
+                own(fmt::format("bonds.{}", m.needs.bond_constants.data[k].name), m.constants.declared[k].bytes());
             for (auto& [spec, values] : m.varying) own(spec->key, values.bytes());
         }
         array("grid", w_.grid.bytes());

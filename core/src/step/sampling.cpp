@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "perimpm/error.hpp"
@@ -125,6 +127,47 @@ std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points, double 
     std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
     return order;
 }
+
+std::vector<std::uint32_t> row_order(const std::vector<Vec3>& points, double width) {
+    constexpr std::int64_t kBand = 8;
+    Box3 box;
+    for (const Vec3& x : points) box.extend(x);
+    std::array<int, 3> axis{0, 1, 2};  // slowest first
+    std::stable_sort(axis.begin(), axis.end(), [&](int a, int b) {
+        const auto cells = [&](int c) { return std::llround(box.sizes()[c] / width); };
+        return cells(a) < cells(b);
+    });
+    using Key = std::array<std::int64_t, 4>;
+    std::vector<std::pair<Key, std::uint32_t>> keys(points.size());
+    for (std::uint32_t p = 0; p < points.size(); ++p) {
+        const auto cell = [&](int c) { return std::llround((points[p][c] - box.min()[c]) / width); };
+        const std::int64_t side = cell(axis[1]);
+        keys[p] = {{side / kBand, cell(axis[0]), side, cell(axis[2])}, p};
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(points.size());
+    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
+    return order;
+}
+
+template <class Real>
+std::vector<Vec3> exact_lattice(const std::vector<Vec3>& points, double spacing) {
+    Box3 box;
+    for (const Vec3& x : points) box.extend(x);
+    const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff()) + spacing;
+    const double step = std::exp2(std::ilogb(farthest) + 1 - std::numeric_limits<Real>::digits);
+    const auto exact = [&](double x) { return step * std::round(x / step); };
+    const double h = exact(spacing);
+    const Vec3 start = points.front() + spacing * ((box.center() - points.front()) / spacing).array().round().matrix();
+    std::vector<Vec3> moved(points.size());
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        for (int c = 0; c < 3; ++c) moved[p][c] = exact(start[c]) + h * std::round((points[p][c] - start[c]) / spacing);
+        if ((moved[p] - points[p]).cwiseAbs().maxCoeff() > 0.01 * spacing) return points;
+    }
+    return moved;
+}
+template std::vector<Vec3> exact_lattice<float>(const std::vector<Vec3>&, double);
+template std::vector<Vec3> exact_lattice<double>(const std::vector<Vec3>&, double);
 
 double value_at(const Ramp& ramp, const Vec3& x) {
     const Vec3 start(ramp.start.data()), along = Vec3(ramp.end.data()) - start;

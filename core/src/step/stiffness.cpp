@@ -81,7 +81,7 @@ double imbalance(const Material<double>& m, std::size_t p) {
     for (std::uint32_t slot = m.bonds.row[p]; slot < m.bonds.row[p + 1]; ++slot) {
         const double* q = m.reference.data() + 4 * std::size_t{m.bonds.neighbour[slot]};
         sum += q[3] * Vec3(q[0] - own[0], q[1] - own[1], q[2] - own[2]);
-        whole += q[3] * m.length[slot];
+        whole += q[3] * m.constants.length[m.constants.shape[p] + slot - m.bonds.row[p]];
     }
     return whole > 0 ? sum.norm() / whole : 1;
 }

@@ -205,6 +205,7 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.particle_state[k] = m.particle_state[k].values.from(first);
     }
     for (std::size_t k = 0; k < m.bond_state.size(); ++k) b.bond_state[k] = m.bond_state[k].data();
+    for (std::size_t k = 0; k < m.constants.declared.size(); ++k) b.bond_constants[k] = m.constants.declared[k].data();
     if (m.has_bonds()) {
         b.family.row = m.bonds.row.data() + first;
         b.family.neighbour = m.bonds.neighbour.data();
@@ -215,7 +216,11 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.family.position = m.position.data();
         b.family.reference = m.reference.data();
         b.family.volume = w.volume.data() + m.begin;
-        b.family.length = m.length.data();
+        b.family.shape = m.constants.shape.data() + first;
+        b.family.twin = m.constants.twin.data() + first;
+        b.family.length = m.constants.length.data();
+        if (!m.constants.run.empty()) b.family.run = m.constants.run.data() + first;
+        b.family.y = w.x.view().from(m.begin);
     }
     return b;
 }

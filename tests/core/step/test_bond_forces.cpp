@@ -121,7 +121,7 @@ TEST_CASE("bond_forces: a uniform stretch pulls the ends of a row by the spring'
     const Material<double>& m = w->materials[0];
     const std::size_t first = member(*w, 0), last = member(*w, 3);
     // (1) of pd_bond: k (|Y| - |X|), k declared per bond; pulls inside cancel for equal bonds, whose ends differ here
-    const auto pull = [&](std::size_t p) { return m.bond_state[0][m.bonds.row[p]] * 0.2 * kSpacing; };
+    const auto pull = [&](std::size_t p) { return m.constants.declared[0][m.constants.shape[p]] * 0.2 * kSpacing; };
     CHECK_THAT(m.force[0][first], WithinRel(pull(first), 1e-12));
     CHECK_THAT(m.force[0][last], WithinRel(-pull(last), 1e-12));
     double sum = 0;

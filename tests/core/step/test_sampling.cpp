@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 
 #include "step/sampling.hpp"
 #include "support/box_scene.hpp"
@@ -74,6 +75,42 @@ TEST_CASE("sampling: the Z-order curve visits every point once, one octant after
             CHECK((x[0] >= 2) * 4u + (x[1] >= 2) * 2u + (x[2] >= 2) * 1u == octant);
         }
     CHECK(morton_order({Vec3(0, 0, 0), Vec3(1e9, 0, 0), Vec3(5e8, 0, 0)}, 1e-3) == std::vector<std::uint32_t>{0, 2, 1});
+}
+
+TEST_CASE("sampling: rows run along the longest axis, eight side by side through the shortest", "[step]") {
+    std::vector<Vec3> points;
+    for (int n = 0; n < 3 * 40 * 20; ++n) points.push_back(0.1 * Vec3(n / 20 % 40, n % 20, n / 800));
+    const auto order = row_order(points, 0.1);
+    REQUIRE(order.size() == points.size());
+    std::set<std::uint32_t> seen(order.begin(), order.end());
+    CHECK(seen.size() == points.size());
+    const auto cell = [&](std::size_t n, int axis) { return std::lround(points[order[n]][axis] / 0.1); };
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        CHECK(cell(n, 0) == static_cast<long>(n % 40));
+        const std::size_t row = n / 40, first = row / 24 * 8, wide = first == 16 ? 4 : 8;
+        CHECK(cell(n, 1) == static_cast<long>(first + row % 24 % wide));
+        CHECK(cell(n, 2) == static_cast<long>(row % 24 / wide));
+    }
+}
+
+TEMPLATE_TEST_CASE("sampling: differences on an exact lattice are exact, and it is where it was", "[step]", float,
+                   double) {
+    const double h = 0.1 / 3;
+    std::vector<Vec3> points;
+    for (int n = 0; n < 1000; ++n) points.push_back(Vec3(0.3, -0.7, 1.1) + h * Vec3(n / 100, n / 10 % 10, n % 10));
+    const std::vector<Vec3> exact = exact_lattice<TestType>(points, h);
+    std::set<TestType> differences;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        CHECK((exact[n] - points[n]).norm() <= 1e-5 * h);
+        if (n % 10 == 9) continue;
+        const auto here = static_cast<TestType>(exact[n][2]), next = static_cast<TestType>(exact[n + 1][2]);
+        CHECK(static_cast<double>(here) == exact[n][2]);
+        differences.insert(next - here);
+    }
+    CHECK(differences.size() == 1);
+
+    points[500][1] += 0.02 * h;
+    CHECK(exact_lattice<TestType>(points, h) == points);
 }
 
 TEST_CASE("sampling: a ramp is linear between its ends and constant beyond", "[step]") {

@@ -39,7 +39,8 @@ TEST_CASE("time step: without a grid it is the smallest of the particles' sqrt(2
     double smallest = kForever;
     for (std::size_t p = 0; p < m.size; ++p) {
         double stiffness = 0;
-        for (std::uint32_t slot = m.bonds.row[p]; slot < m.bonds.row[p + 1]; ++slot) stiffness += m.bond_state[0][slot];
+        for (std::uint32_t k = 0; k < m.bonds.row[p + 1] - m.bonds.row[p]; ++k)
+            stiffness += m.constants.declared[0][m.constants.shape[p] + k];
         smallest = std::min(smallest, std::sqrt(2 * w->mass[p] / stiffness));
     }
     CHECK_THAT(choose_time_step(*w, kForever), WithinRel(smallest, 1e-12));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <iterator>
 #include <utility>
 
 #include "perimpm/math/simd.hpp"
@@ -127,6 +128,14 @@ PERIMPM_INLINE void store_quads(Real* to, const Pack<Real> component[4]) {
     }
 }
 
+/// Writes the quads of the first `count` lanes, Width numbers from one to the next.
+template <std::size_t Width, class Real>
+PERIMPM_INLINE void store_quads_apart(Real* to, const Pack<Real> component[4], std::uint32_t count) {
+    Real quads[4 * kLanes<Real>];
+    store_quads(quads, component);
+    for (std::uint32_t lane = 0; lane < count; ++lane)
+        __builtin_memcpy(to + Width * lane, quads + 4 * quad_place<Real>(lane), 4 * sizeof(Real));
+}
 /// Reads quads that lie at the places of store_quads.
 template <class Real>
 PERIMPM_INLINE void load_quads(const Real* from, Pack<Real> component[4]) {
@@ -155,6 +164,14 @@ PERIMPM_INLINE void gather_quads(const Real* quads, const std::uint32_t* entry, 
             rows[k] = detail::as_pack<Real>(detail::every_fourth<Real, N, Width>(quads, entry + k));
         transpose_quads<Real>(rows, component);
     }
+}
+
+/// Reads one quad per lane, Width numbers from one to the next.
+template <std::size_t Width = 4, class Real>
+PERIMPM_INLINE void load_quads_apart(const Real* from, Pack<Real> component[4]) {
+    static constexpr std::uint32_t kInOrder[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    static_assert(kLanes<Real> <= std::size(kInOrder));
+    gather_quads<Width>(from, kInOrder, component);
 }
 
 /// Sums over all lanes of four packs, in half the instructions of one after the other.

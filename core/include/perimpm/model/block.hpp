@@ -13,7 +13,9 @@ inline constexpr std::uint32_t kSlotPadding = 16;
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
 /// Positions are packed by four so that a neighbour costs one load: x of entry j is position[4 j .. 4 j + 2], likewise
 /// X, which V follows in reference[4 j + 3].
-/// Arrays by slot may be read up to kSlotPadding entries past their end, where neighbours are valid indices.
+/// Constants are numbers of bonds that never change. Families that have the same, bit by bit, share them: those of the
+/// block's particle i begin at shape[i], in the order of its bonds.
+/// Arrays by slot and by constant may be read up to kSlotPadding entries past their end, where neighbours are valid indices.
 template <class Real>
 struct Families {
     const std::uint32_t* row = nullptr;        ///< bonds of the block's particle i: slots row[i] .. row[i + 1] - 1
@@ -23,7 +25,16 @@ struct Families {
     const Real* position = nullptr;            ///< y of every particle of the material [m]
     const Real* reference = nullptr;           ///< X and V of every particle of the material [m], [m^3]
     const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
-    const Real* length = nullptr;              ///< |X| by slot, from `reference` in the same precision [m]
+    const std::uint32_t* shape = nullptr;      ///< first constant of the block's particle i
+    /// A particle that sees the same as the block's particle i: neighbours at the same distance in memory, with the same X
+    /// and V, bit by bit. Inner particles of a lattice have one twin, so that its row is in the cache.
+    const std::uint32_t* twin = nullptr;
+    const Real* length = nullptr;  ///< constant: |X|, from `reference` in the same precision [m]
+    /// How many particles from the block's particle i on, itself included, have one twin: the neighbours of the next are
+    /// the next of its neighbours. At most 255; null: unknown. Of a run, kSlotPadding particles past each neighbour may be
+    /// read.
+    const std::uint8_t* run = nullptr;
+    Field<const Real> y;  ///< position of every particle again, by component
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
 };
@@ -37,7 +48,7 @@ struct BondEnergy {
 };
 
 /// What a law sees: a run of particles of one material. Fields start at the block's first particle, except those of
-/// `family` and `bond_state`, which are indexed over the whole material. Plain data: it crosses library borders.
+/// `family`, `bond_state` and `bond_constants`, which are indexed over the whole material. Plain data: it crosses library borders.
 template <class Real>
 struct Block {
     std::uint32_t size = 0;
@@ -54,6 +65,7 @@ struct Block {
     const Real* param[kMaxVaryingParams] = {};  ///< values of the parameters that vary, else null
     Field<Real> particle_state[kMaxStateFields] = {};  ///< declared particle fields, in the order of declaration
     Real* bond_state[kMaxStateFields] = {};            ///< declared bond fields, by slot over the whole material
+    Real* bond_constants[kMaxStateFields] = {};        ///< declared constants of bonds; only `initialise` writes them
     Field<Real> family_state[kMaxStateFields] = {};    ///< particle_state again, indexed over the whole material
     Families<Real> family;                             ///< bond laws
     BondEnergy<Real> stored;                           ///< out: of `bond_energy`; in: criteria that ask for it

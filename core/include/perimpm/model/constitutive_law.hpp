@@ -28,6 +28,7 @@ struct LawNeeds {
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
+    FieldSpecs bond_constants = {};  ///< numbers of bonds that `initialise` sets and nothing changes
     EffectiveModuli moduli = {};
     BondVolumes volumes = {};  ///< bond laws: what counts of a neighbour's volume
     /// Bond laws: energy per area of the bonds across a plane of the lattice, all stretched alike, over the square of the
@@ -42,10 +43,11 @@ class PERIMPM_API ConstitutiveLaw {
 public:
     virtual ~ConstitutiveLaw();
     virtual LawNeeds needs() const noexcept = 0;
-    /// Reference quantities of the declared fields: at the start, and again for families that lost bonds, not for their
-    /// neighbours. A later round may read what an earlier one wrote for the neighbours, as far as that does not depend on
-    /// which bonds are broken.
+    /// Reference quantities of the declared fields at the start, when all bonds are whole. A later round may read what an
+    /// earlier one wrote for the neighbours.
     virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}
+    /// Bond laws: reference quantities of particles that depend on which bonds are whole, after some broke.
+    virtual void renew(Block<Real>&) const {}
     /// Bond laws: per-particle family quantities, before any neighbour reads them.
     virtual void prepare(Block<Real>&) const {}
     /// In: b.F (trial) or b.family. Out: b.tau [Pa] or b.force [N]. dt in s. Runs once per step, and may write b.F and the

@@ -6,6 +6,7 @@
 #include "perimpm/model/constitutive_law.hpp"
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_forces.hpp"
+#include "perimpm/peridynamics/averaged_run.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -61,17 +62,20 @@ public:
                    .opening_energy = opening_energy_};
         n.particle_state = kept(particle_fields_);
         n.bond_state = kept(bond_fields_);
+        n.bond_constants = kept(constants_);
         return n;
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
-        const Real* factor = b.particle_state[kNormalisation][0];
         for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
-            if (factor[i] == 0 || !b.family.damage || b.family.damage[i] > 0)
-                set_moments(b, i);  // as at the start, else
+            set_influence(b, i), set_moments(b, i);
         weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
+    }
+    void renew(Block<Real>& b) const override {
+        for (std::uint32_t i = 0; i < b.size && form_ != Form::springs; ++i)
+            if (b.family.damage[i] > 0) set_moments(b, i);
     }
 
     void prepare(Block<Real>& b) const override {
@@ -92,7 +96,7 @@ public:
         return std::sqrt(moduli_.sum() / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_state[at_.stiffness], moduli_.sum());
+        return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
     }
 
     double energy(const Block<Real>& b) const override {
@@ -130,16 +134,14 @@ public:
                 P here = half_lambda * (y - rest) * (y - rest),
                   there = half_lambda * (y - rest_there) * (y - rest_there);
                 if (F) {
-                    P X[3], mean[3], mean_there[3], other[12];
-                    for (std::size_t q = 0; q < 12; q += 4)
-                        gather_quads<MeanRecord::kWidth>(b.family_state[kMeanDeformation].data + q, bonds.neighbour,
-                                                         other + q);
+                    P X[3], mean[3], mean_there[3], other[MeanRecord::kWidth];
+                    bonds.template gather_packed<MeanRecord::kWidth>(b.family_state[kMeanDeformation].data, other);
                     bonds.difference(b.family.reference, b.family.reference + 4 * p, X);
                     deform(X, mean, F), deform(X, mean_there, other);
                     const P averaged = norm(mean) - rest, averaged_there = norm(mean_there) - rest_there;
                     here += mu * averaged * averaged, there += mu * averaged_there * averaged_there;
                 }
-                const P own = own_stiffness(b, i, bonds), both = bonds.load(b.bond_state[at_.stiffness]);
+                const P own = own_stiffness(b, i, bonds), both = bonds.constant(b.bond_constants[at_.stiffness]);
                 store_energy(b, bonds, live * own * here, live * (both - own) * there);
             });
         }
@@ -154,7 +156,8 @@ protected:
 private:
     static constexpr auto kNormalisation = AveragedState::normalisation, kShapeInverse = AveragedState::shape_inverse,
                           kMoment = AveragedState::moment, kMeanDeformation = AveragedState::mean_deformation,
-                          kAveragedStress = AveragedState::averaged_stress;
+                          kAveragedStress = AveragedState::averaged_stress,
+                          kStressRecord = AveragedState::stress_record;
     static constexpr double kSingular = 1e-4;  // eigenvalues of K below this share of the largest count as zero
 
     static P real(double value) { return P(static_cast<Real>(value)); }
@@ -162,7 +165,7 @@ private:
     void declare_fields(Surface surface) {
         particle_fields_ = {
             {.name = "normalisation", .unit = "1/m^3", .doc = "5 / sum w^ V; sheets 8/3, strands 1 instead of 5"}};
-        bond_fields_ = {{.name = "stiffness", .unit = "m", .doc = "(w_pq + w_qp) V_p V_q / |X|^2; times lambda: N/m"}};
+        constants_ = {{.name = "stiffness", .unit = "m", .doc = "(w_pq + w_qp) V_p V_q / |X|^2; times lambda: N/m"}};
         if (form_ != Form::springs) {
             particle_fields_.push_back(
                 {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"});
@@ -173,21 +176,26 @@ private:
                                         .doc = "F- of (4), row-major",
                                         .packed = MeanRecord::kWidth});
         }
-        if (form_ == Form::variational)
+        if (form_ == Form::variational) {
             particle_fields_.push_back({.name = "averaged_stress",
+                                        .components = 9,
+                                        .unit = "N/m^4",
+                                        .doc = "V H, the stress of the averaged bonds times K^+, row-major"});
+            particle_fields_.push_back({.name = "averaged_stress_record",
                                         .components = 12,
                                         .unit = "N/m^4",
-                                        .doc = "V H, the stress of the averaged bonds times K^+, row-major, and V H X",
+                                        .doc = "V H again and V H X, side by side",
                                         .packed = kSumRecord});
-        const auto add_bond_field = [&](const FieldSpec& spec) {
-            bond_fields_.push_back(spec);
-            return static_cast<int>(bond_fields_.size()) - 1;
+        }
+        const auto add_constant = [&](const FieldSpec& spec) {
+            constants_.push_back(spec);
+            return static_cast<int>(constants_.size()) - 1;
         };
         at_.own_is_exact = surface == Surface::moment;
         if (form_ == Form::paper || surface == Surface::moment || yields())
-            at_.own = add_bond_field({.name = "own_stiffness", .unit = "m", .doc = "w_pq V_p V_q / |X|^2"});
+            at_.own = add_constant({.name = "own_stiffness", .unit = "m", .doc = "w_pq V_p V_q / |X|^2"});
         if (form_ != Form::springs && !influence_.is_constant())
-            at_.influence = add_bond_field({.name = "influence", .doc = "w^(|X|)"});
+            at_.influence = add_constant({.name = "influence", .doc = "w^(|X|)"});
         if constexpr (Flow::kMayYield)
             if (yields()) {
                 flow_fields_ = flow_.declare(at_.own, particle_fields_, bond_fields_);
@@ -197,49 +205,111 @@ private:
 
     /// |X|, and what the bond has yielded.
     P rest_length(const Block<Real>& b, const BondPack<Real>& bonds) const {
-        const P length = bonds.load(b.family.length);
+        const P length = bonds.constant(b.family.length);
         return at_.strain < 0 ? length : length + length * bonds.load(b.bond_state[at_.strain]);
     }
     /// The same at the bond's other end.
     P rest_length_there(const Block<Real>& b, const BondPack<Real>& bonds, const P& rest) const {
         if constexpr (Flow::kMayYield) {
-            const P length = bonds.load(b.family.length);
+            const P length = bonds.constant(b.family.length);
             if (at_.strain >= 0) return length + length * flow_.at_other_end(b, bonds, flow_fields_);
         }
         return rest;
     }
     P own_stiffness(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds) const {
-        if (at_.own >= 0) return bonds.load(b.bond_state[at_.own]);
+        if (at_.own >= 0) return bonds.constant(b.bond_constants[at_.own]);
         const Real* factor = b.family_state[kNormalisation][0];
-        return bonds.load(b.bond_state[at_.stiffness]) * factor[b.first + i] /
+        return bonds.constant(b.bond_constants[at_.stiffness]) * factor[b.first + i] /
                (factor[b.first + i] + bonds.gather(factor));
     }
-    /// A K^+.
-    void times_shape_inverse(const Block<Real>& b, std::uint32_t i, const Real A[9], Real out[9]) const {
-        const Field<Real>& K = b.particle_state[kShapeInverse];
-        for (int r = 0; r < 3; ++r) {
-            const Real x = A[3 * r], y = A[3 * r + 1], z = A[3 * r + 2];
-            out[3 * r] = x * K[0][i] + y * K[1][i] + z * K[2][i];
-            out[3 * r + 1] = x * K[1][i] + y * K[3][i] + z * K[4][i];
-            out[3 * r + 2] = x * K[2][i] + y * K[4][i] + z * K[5][i];
+    /// A K^+, of one particle or of a run.
+    template <class T>
+    PERIMPM_INLINE static void times_symmetric(const T A[9], const T K[6], T out[9]) {
+        for (int r = 0; r < 9; r += 3) {
+            out[r] = A[r] * K[0] + A[r + 1] * K[1] + A[r + 2] * K[2];
+            out[r + 1] = A[r] * K[1] + A[r + 1] * K[3] + A[r + 2] * K[4];
+            out[r + 2] = A[r] * K[2] + A[r + 1] * K[4] + A[r + 2] * K[5];
+        }
+    }
+    /// V H from sum S_pq (|Y-| - |X|)/|Y-| X (x) X.
+    template <class T>
+    PERIMPM_INLINE void stress_of(const T F[9], const T S[6], const T K[6], T H[9]) const {
+        T SK[9], G[9];
+        const T full[9] = {S[0], S[1], S[2], S[1], S[3], S[4], S[2], S[4], S[5]};
+        times_symmetric(full, K, SK);
+        const T two_mu(static_cast<Real>(2 * moduli_.mu));
+        for (int c = 0; c < 9; ++c) G[c] = two_mu * F[c];
+        for (int r = 0; r < 9; r += 3)
+            for (int c = 0; c < 3; ++c) H[r + c] = G[r] * SK[c] + G[r + 1] * SK[3 + c] + G[r + 2] * SK[6 + c];
+    }
+    /// H X of the header's last lines in averaged_forces.hpp.
+    template <class T>
+    PERIMPM_INLINE static void times_position(const T H[9], const T X[3], const Real origin[3], T out[3]) {
+        for (int r = 0; r < 3; ++r)
+            out[r] =
+                H[3 * r] * (X[0] - origin[0]) + H[3 * r + 1] * (X[1] - origin[1]) + H[3 * r + 2] * (X[2] - origin[2]);
+    }
+
+    /// Runs of families together, the others one by one: there the second sweep of a family after the first of the next one, so
+    /// that neither waits for the other's sums.
+    void average_families(Block<Real>& b) const {
+        AveragedRun<Real> sweeps(b, at_);
+        AveragedFamily<Real> family[2] = {{b, at_}, {b, at_}};
+        const auto run_at = [&](std::uint32_t i) {
+            return form_ == Form::variational && i < b.size ? sweeps.size_at(i) : 0;
+        };
+        for (std::uint32_t i = 0; i < b.size;) {
+            if (const std::uint32_t size = run_at(i)) {
+                average_run(b, FamilyRun<Real>(b, i, size), sweeps);
+                i += size;
+                continue;
+            }
+            const std::uint32_t first = i;
+            do {
+                set_mean_deformation(b, i, family[i % 2]);
+                if (i > first) add_averaged(b, i - 1, family[(i - 1) % 2]);
+            } while (++i < b.size && run_at(i) == 0);
+            add_averaged(b, i - 1, family[(i - 1) % 2]);
         }
     }
 
-    /// The second sweep of a family after the first of the next one: neither then waits for the other's sums.
-    void average_families(Block<Real>& b) const {
-        AveragedFamily<Real> family[2] = {{b, at_}, {b, at_}};
-        for (std::uint32_t i = 0; i <= b.size; ++i) {
-            if (i < b.size) set_mean_deformation(b, i, family[i % 2]);
-            if (i > 0) add_averaged(b, i - 1, family[(i - 1) % 2]);
-        }
+    void average_run(Block<Real>& b, const FamilyRun<Real>& run, AveragedRun<Real>& sweeps) const {
+        const std::uint32_t i = run.first();
+        P sums[12], F[9], S[6], K[6], H[9], X[4], HX[3], largest;
+        for (std::size_t c = 0; c < 6; ++c) K[c] = run.at(b.particle_state[kShapeInverse][c]);
+        load_quads_apart(b.family.reference + 4 * std::size_t{b.first + i}, X);
+        sweeps.sum_bonds(run, sums, largest);
+        times_symmetric(sums, K, F);  // (4)
+        Real* mean = b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i;
+        const auto put = [&](Real* to, const P& x, const P& y, const P& z, const P& w) {
+            const P four[4] = {x, y, z, w};
+            store_quads_apart<MeanRecord::kWidth>(to, four, run.size());
+        };
+        const P lambda = real(moduli_.lambda);
+        put(mean, F[0], F[1], F[2], F[3]);
+        put(mean + 4, F[4], F[5], F[6], F[7]);
+        put(mean + 8, F[8], X[0], X[1], X[2]);
+        put(mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11],
+            largest);  // (6), second term
+
+        sweeps.sum_averaged(run, F, S);
+        stress_of(F, S, K, H);
+        times_position(H, X, b.family.reference, HX);
+        for (std::size_t c = 0; c < 9; ++c) store(b.particle_state[kAveragedStress][c] + i, H[c], run.size());
+        Real* record = b.particle_state[kStressRecord].data + kSumRecord * i;
+        static_assert(kSumRecord == MeanRecord::kWidth);
+        put(record, H[0], H[1], H[2], H[3]);
+        put(record + 4, H[4], H[5], H[6], H[7]);
+        put(record + 8, H[8], HX[0], HX[1], HX[2]);
     }
 
     void set_mean_deformation(const Block<Real>& b, std::uint32_t i, AveragedFamily<Real>& family) const {
         const Real* reference = b.family.reference + 4 * std::size_t{b.first + i};
         Real* F = b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i;
-        Real sums[12];
+        Real sums[12], K[6];
+        shape_inverse(b, i, K);
         F[MeanRecord::kExtension] = family.sum_bonds(i, sums);
-        times_shape_inverse(b, i, sums, F);  // (4)
+        times_symmetric(sums, K, F);  // (4)
         for (int c = 0; c < 3; ++c) {
             F[MeanRecord::kReference + c] = reference[c];
             F[MeanRecord::kForce + c] = static_cast<Real>(moduli_.lambda) * sums[9 + c];  // (6), second term
@@ -258,27 +328,26 @@ private:
 
     void set_averaged_stress(const Block<Real>& b, std::uint32_t i, const AveragedFamily<Real>& family,
                              const Real* F) const {
-        const Real two_mu = static_cast<Real>(2 * moduli_.mu);
-        Real S[8], G[9], H[9];
+        Real S[8], K[6];
         family.sum_averaged(i, F, S);
-        for (int r = 0; r < 3; ++r) {
-            const Real x = two_mu * F[3 * r], y = two_mu * F[3 * r + 1], z = two_mu * F[3 * r + 2];
-            G[3 * r] = x * S[0] + y * S[1] + z * S[2];
-            G[3 * r + 1] = x * S[1] + y * S[3] + z * S[4];
-            G[3 * r + 2] = x * S[2] + y * S[4] + z * S[5];
-        }
-        times_shape_inverse(b, i, G, H);
-        Real* record = b.particle_state[kAveragedStress].data + kSumRecord * i;
-        const Real* origin = b.family.reference;
-        for (int r = 0; r < 3; ++r) {
-            record[9 + r] = 0;
-            for (int c = 0; c < 3; ++c) {
-                record[3 * r + c] = H[3 * r + c];
-                record[9 + r] += H[3 * r + c] * (F[MeanRecord::kReference + c] - origin[c]);
-            }
-        }
+        shape_inverse(b, i, K);
+        Real* record = b.particle_state[kStressRecord].data + kSumRecord * i;
+        stress_of(F, S, K, record);
+        times_position(record, F + MeanRecord::kReference, b.family.reference, record + 9);
+        for (std::size_t c = 0; c < 9; ++c) b.particle_state[kAveragedStress][c][i] = record[c];
     }
 
+    static void shape_inverse(const Block<Real>& b, std::uint32_t i, Real K[6]) {
+        for (std::size_t c = 0; c < 6; ++c) K[c] = b.particle_state[kShapeInverse][c][i];
+    }
+
+    void set_influence(Block<Real>& b, std::uint32_t i) const {
+        if (at_.influence < 0) return;
+        const std::uint32_t first = b.family.shape[i], count = b.family.row[i + 1] - b.family.row[i];
+        for (std::uint32_t k = first; k < first + count; ++k)
+            b.bond_constants[at_.influence][k] = static_cast<Real>(influence_(static_cast<double>(b.family.length[k])));
+    }
+    /// K^+ and the moment of the live bonds.
     void set_moments(Block<Real>& b, std::uint32_t i) const {
         Eigen::Vector3d moment = Eigen::Vector3d::Zero();
         Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
@@ -286,9 +355,8 @@ private:
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
             const Eigen::Vector3d X(other[0] - own[0], other[1] - own[1], other[2] - own[2]);
-            const double w = influence_(static_cast<double>(b.family.length[slot]));
-            if (at_.influence >= 0) b.bond_state[at_.influence][slot] = static_cast<Real>(w);
             if (b.family.is_broken(slot)) continue;
+            const double w = influence_(static_cast<double>(b.family.length[constant_of(b.family, i, slot)]));
             const Eigen::Vector3d weighted = w * static_cast<double>(other[3]) * X;
             moment += weighted;
             K += weighted * X.transpose();
@@ -308,7 +376,7 @@ private:
     FamilyWeights<Real> weights_;
     double opening_energy_;
     Flow flow_;
-    std::vector<FieldSpec> particle_fields_, bond_fields_;
+    std::vector<FieldSpec> particle_fields_, bond_fields_, constants_;
     BondFields at_;
     typename Flow::Fields flow_fields_;
 };

@@ -8,7 +8,7 @@ namespace perimpm::peridynamics {
 
 /// Fields of particles by index.
 struct AveragedState {
-    enum : std::uint32_t { normalisation, shape_inverse, moment, mean_deformation, averaged_stress };
+    enum : std::uint32_t { normalisation, shape_inverse, moment, mean_deformation, averaged_stress, stress_record };
 };
 /// What the field mean_deformation holds of a particle: F- row-major and, in one cache line of single precision with it,
 /// X, the part of the force that needs no neighbour's F- [N] and the largest relative extension of the bonds.
@@ -17,14 +17,41 @@ struct MeanRecord {
 };
 /// Fields of bonds by index; -1: not kept.
 struct BondFields {
-    std::uint32_t stiffness = 0;
-    int own = -1, influence = -1, strain = -1;
+    std::uint32_t stiffness = 0;  ///< constants, as the next two
+    int own = -1, influence = -1;
+    int strain = -1;
     bool own_is_exact = false;  ///< S_pq is no function of |X|: surface "moment"
 };
 
 template <class T, class Entry>
 PERIMPM_INLINE void deform(const T X[3], T out[3], const Entry F[9]) {
     for (int r = 0; r < 3; ++r) out[r] = F[3 * r] * X[0] + F[3 * r + 1] * X[1] + F[3 * r + 2] * X[2];
+}
+
+/// Adds the spring S (|Y| - |X|) dir Y of a bond; `largest`: of the relative extensions.
+template <class P>
+PERIMPM_INLINE void add_spring(const P Y[3], const P& length, const P& stiffness, const P& live, P sum[3], P& largest) {
+    const P relative = live * relative_extension(Y, length);
+    largest = larger(largest, relative);
+    const P spring = stiffness * relative;
+    for (int c = 0; c < 3; ++c) sum[c] += spring * Y[c];
+}
+/// 2 E = F^T F - 1: xx, 2 xy, 2 xz, yy, 2 yz, zz, of F - 1, which costs no digits where strains are small.
+template <class T>
+PERIMPM_INLINE void twice_strain(const T F[9], T out[6]) {
+    constexpr int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
+    T G[9];
+    for (int c = 0; c < 9; ++c) G[c] = c % 4 == 0 ? F[c] - T(1) : F[c];
+    for (int c = 0; c < 6; ++c) {
+        const int i = row[c], j = column[c];
+        const T sum = G[3 * i + j] + G[3 * j + i] + (G[i] * G[j] + G[3 + i] * G[3 + j] + G[6 + i] * G[6 + j]);
+        out[c] = i == j ? sum : sum + sum;
+    }
+}
+/// |Y-| from |X|^2 and |Y-|^2 - |X|^2.
+template <class T>
+PERIMPM_INLINE T mean_length(const T& square, const T& longer) {
+    return sqrt(larger(square + longer, T(0)));
 }
 
 template <class Real>
@@ -63,8 +90,8 @@ public:
             const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
             P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2 = X.(2 E X): costs no digits where strains are small
             for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length = bonds.load(b_.family.length), square = XX[0] + XX[3] + XX[5];
-            const P z = sqrt(larger(square + longer, P(0))), both = z + length;
+            const P length = bonds.constant(b_.family.length), square = XX[0] + XX[3] + XX[5];
+            const P z = mean_length<P>(square, longer), both = z + length;
             if (strain) longer -= length * bonds.load(strain) * both;
             const P divisor = at_.own_is_exact ? P(z * both) : P(z * both * square);
             const P pull = own * (longer * inverse_length(divisor));
@@ -80,7 +107,7 @@ public:
         for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
             P mean[3];
             deform(X, mean, F);
-            const P length = bonds.load(b_.family.length);
+            const P length = bonds.constant(b_.family.length);
             const P stiffness = at_.own_is_exact ? own : P(own * inverse_length(P(length * length)));
             const P pull = stiffness * relative_extension(mean, length);
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
@@ -97,7 +124,7 @@ private:
         bonds.template gather_packed<4>(b_.family.reference, X);
         for (int c = 0; c < 3; ++c) X[c] -= reference[c];
         X[3] *= live;
-        if (influence) X[3] *= bonds.load(influence);
+        if (influence) X[3] *= bonds.constant(influence);
     }
     /// Keeps X, w^ V and Y of the bonds in the slots from `slot` to `end`. A loop of its own: the processor then fetches for
     /// many bonds at a time instead of waiting for the roots and divisions of a few.
@@ -117,14 +144,11 @@ private:
     /// Adds the springs of the bonds kept, which are those in the slots from `slot` to `end`.
     PERIMPM_INLINE void add_springs(std::uint32_t i, std::uint32_t slot, std::uint32_t end, P sum[3],
                                     P& largest) const {
-        const Real *lengths = b_.family.length, *stiffness = b_.bond_state[at_.stiffness], *from = kept_;
+        const Real *lengths = b_.family.length, *stiffness = b_.bond_constants[at_.stiffness], *from = kept_;
         for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             const P Y[3] = {kept(from, 4), kept(from, 5), kept(from, 6)};
             from += kEntry;
-            const P relative = live * relative_extension(Y, bonds.load(lengths));
-            largest = larger(largest, relative);
-            const P spring = bonds.load(stiffness) * relative;
-            for (int c = 0; c < 3; ++c) sum[c] += spring * Y[c];
+            add_spring(Y, bonds.constant(lengths), bonds.constant(stiffness), live, sum, largest);
         });
     }
     /// Adds w^ V Y (x) X of the first `count` bonds kept. A loop of its own: with those of the springs, its sums would not
@@ -146,7 +170,7 @@ private:
     /// from what the first sweep kept: another number per bond would have to come from memory.
     template <class Body>
     PERIMPM_INLINE void for_each_kept(std::uint32_t i, Body body) const {
-        const Real* exact = at_.own_is_exact ? b_.bond_state[at_.own] : nullptr;
+        const Real* exact = at_.own_is_exact ? b_.bond_constants[at_.own] : nullptr;
         const Real* influence = influence_by_slot();
         const bool whole = b_.family.row[i + 1] - b_.family.row[i] <= kKept * kLanes<Real>;
         const Real* from = kept_;
@@ -157,20 +181,10 @@ private:
             else
                 fetch(i, bonds, live, influence, X);
             from += kEntry;
-            body(bonds, X, exact ? P(live * bonds.load(exact)) : X[3]);
+            body(bonds, X, exact ? P(live * bonds.constant(exact)) : X[3]);
         });
     }
-    /// 2 E = F^T F - 1: xx, 2 xy, 2 xz, yy, 2 yz, zz.
-    static void twice_strain(const Real F[9], Real out[6]) {
-        constexpr int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
-        for (int c = 0; c < 6; ++c) {
-            double sum = row[c] == column[c] ? -1 : 0;
-            for (int r = 0; r < 9; r += 3)
-                sum += static_cast<double>(F[r + row[c]]) * static_cast<double>(F[r + column[c]]);
-            out[c] = static_cast<Real>(row[c] == column[c] ? sum : 2 * sum);
-        }
-    }
-    const Real* influence_by_slot() const { return at_.influence < 0 ? nullptr : b_.bond_state[at_.influence]; }
+    const Real* influence_by_slot() const { return at_.influence < 0 ? nullptr : b_.bond_constants[at_.influence]; }
     Real scale(std::uint32_t i) const {
         return at_.own_is_exact ? Real(1) : b_.particle_state[AveragedState::normalisation][0][i] * b_.volume[i];
     }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
-#include "perimpm/peridynamics/averaged_family.hpp"
+#include "perimpm/peridynamics/averaged_run.hpp"
 
 /*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
     numbers are in plugins/constitutive/pd_elastic.cpp. */
@@ -11,21 +11,18 @@ template <class Real>
 void force_of_springs(Block<Real>& b, const BondFields& at, double lambda) {
     using P = Pack<Real>;
     P largest(0);
-    for (std::uint32_t i = 0; i < b.size; ++i) {
-        const Real* position = b.family.position + 4 * std::size_t{b.first + i};
-        P f[4] = {};
-        for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+    for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
+        P f[3] = {}, extension(0);
+        family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P Y[3];
-            bonds.difference(b.family.position, position, Y);
-            const P relative = live * relative_extension(Y, bonds.load(b.family.length));
-            largest = larger(largest, relative);
-            const P spring = bonds.load(b.bond_state[at.stiffness]) * relative;
-            for (int c = 0; c < 3; ++c) f[c] += spring * Y[c];
+            family.deformed(bonds, Y);
+            add_spring(Y, bonds.constant(b.family.length), bonds.constant(b.bond_constants[at.stiffness]), live, f,
+                       extension);
         });
-        Real sums[4];
-        reduce_four(f, sums);
-        for (int c = 0; c < 3; ++c) b.force[c][i] = static_cast<Real>(lambda) * sums[c];  // (6), second term
-    }
+        for (P& sum : f) sum *= P(static_cast<Real>(lambda));  // (6), second term
+        family.write(f, b.force);
+        largest = larger(largest, family.own(extension));
+    });
     b.largest_stretch = stretch_of(hmax(largest));
 }
 
@@ -43,8 +40,8 @@ void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
             bonds.template gather_packed<MeanRecord::kWidth>(records, theirs);
             for (int c = 0; c < 3; ++c) X[c] = theirs[MeanRecord::kReference + c] - mine[MeanRecord::kReference + c];
             deform(X, there, theirs);
-            const P other = bonds.load(b.bond_state[at.stiffness]) - bonds.load(b.bond_state[at.own]);
-            const P pull = live * other * relative_extension(there, bonds.load(b.family.length));
+            const P other = bonds.constant(b.bond_constants[at.stiffness]) - bonds.constant(b.bond_constants[at.own]);
+            const P pull = live * other * relative_extension(there, bonds.constant(b.family.length));
             for (int c = 0; c < 3; ++c) f[c] += pull * there[c];  // (6), first term, of -T<q,p>
         });
         Real sums[4];
@@ -61,42 +58,74 @@ void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
     with twelve numbers of q in both sums. X counts from the material's first particle. The difference loses digits as the
     difference of positions y does, of H instead of the moduli: a strain's share of that. */
 template <class Real>
-void force_of_energy(Block<Real>& b, const BondFields& at) {
+Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
     const Families<Real>& family = b.family;
-    const Real* records = b.family_state[AveragedState::averaged_stress].data;
+    const Real* records = b.family_state[AveragedState::stress_record].data;
     const Field<Real>& moment = b.particle_state[AveragedState::moment];
     const Real* origin = family.reference;
+    const std::uint32_t begin = family.row[i], count = family.row[i + 1] - begin;
+    const Real* influence = at.influence < 0 ? nullptr : b.bond_constants[at.influence] + family.shape[i];
+    const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
+    const Real* own = records + kSumRecord * std::size_t{b.first + i};
+    const TwinRow twin = twin_of(b, i);
+    for (std::uint32_t k = 0; k < count; k += 16) {
+        prefetch(twin.neighbour + k);
+        if (influence) prefetch(influence + k);
+    }
+    Real sums[kSumRecord];
+    const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA {
+        sum_records(records + static_cast<std::ptrdiff_t>(kSumRecord) * twin.shift, twin.neighbour, count, weight,
+                    sums);
+    };
+    if (family.damage && family.damage[i] > 0)
+        sum([&](std::uint32_t k) {
+            return family.is_broken(begin + k) ? Real(0) : influence ? influence[k] : Real(1);
+        });
+    else if (influence)
+        sum([&](std::uint32_t k) { return influence[k]; });
+    else
+        sum([](std::uint32_t) { return Real(1); });
+    for (int c = 0; c < 3; ++c) {
+        Real here = 0, there = sums[9 + c];
+        for (int k = 0; k < 3; ++k) {
+            here += own[3 * c + k] * moment[k][i];
+            there -= sums[3 * c + k] * (mean[MeanRecord::kReference + k] - origin[k]);
+        }
+        b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * there;
+    }
+    return mean[MeanRecord::kExtension];
+}
+/// Of a run of families, which have X in common; returns the largest relative extension.
+template <class Real>
+Real force_of_energy(Block<Real>& b, const FamilyRun<Real>& run, AveragedRun<Real>& sweeps) {
+    using P = Pack<Real>;
+    const Field<Real>& stress = b.family_state[AveragedState::averaged_stress];
+    const std::uint32_t i = run.first();
+    P there[3], mean[4];
+    sweeps.sum_stress(run, stress, there);
+    load_quads_apart<MeanRecord::kWidth>(
+        b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i + MeanRecord::kForce, mean);
+    const P volume = run.at(b.volume);
+    for (std::size_t c = 0; c < 3; ++c) {
+        P here(0);
+        for (std::size_t k = 0; k < 3; ++k)
+            here += run.at(b.particle_state[AveragedState::averaged_stress][3 * c + k]) *
+                    run.at(b.particle_state[AveragedState::moment][k]);
+        there[c] = mean[c] + here + volume * there[c];
+    }
+    run.write(there, b.force);
+    return hmax(run.own(mean[3]));
+}
+template <class Real>
+void force_of_energy(Block<Real>& b, const BondFields& at) {
+    AveragedRun<Real> sweeps(b, at);
     Real largest = 0;
-    for (std::uint32_t i = 0; i < b.size; ++i) {
-        const std::uint32_t begin = family.row[i], count = family.row[i + 1] - begin;
-        const Real* influence = at.influence < 0 ? nullptr : b.bond_state[at.influence] + begin;
-        const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
-        const Real* own = records + kSumRecord * std::size_t{b.first + i};
-        for (std::uint32_t k = 0; k < count; k += 16) {
-            prefetch(family.neighbour + begin + k);
-            if (influence) prefetch(influence + k);
-        }
-        Real sums[kSumRecord];
-        const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA {
-            sum_records(records, family.neighbour + begin, count, weight, sums);
-        };
-        if (family.damage && family.damage[i] > 0)
-            sum([&](std::uint32_t k) {
-                return family.is_broken(begin + k) ? Real(0) : influence ? influence[k] : Real(1);
-            });
-        else if (influence)
-            sum([&](std::uint32_t k) { return influence[k]; });
-        else
-            sum([](std::uint32_t) { return Real(1); });
-        for (int c = 0; c < 3; ++c) {
-            Real here = 0, there = sums[9 + c];
-            for (int k = 0; k < 3; ++k) {
-                here += own[3 * c + k] * moment[k][i];
-                there -= sums[3 * c + k] * (mean[MeanRecord::kReference + k] - origin[k]);
-            }
-            b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * there;
-        }
-        largest = larger(largest, mean[MeanRecord::kExtension]);
+    for (std::uint32_t i = 0; i < b.size;) {
+        const std::uint32_t size = sweeps.size_at(i);
+        const Real found =
+            size > 0 ? force_of_energy(b, FamilyRun<Real>(b, i, size), sweeps) : force_of_energy(b, at, i);
+        largest = larger(largest, found);
+        i += std::max(size, 1u);
     }
     b.largest_stretch = stretch_of(largest);
 }
@@ -114,8 +143,8 @@ void add_yielded(Block<Real>& b, const BondFields& at, const SpringModuli& modul
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P Y[3];
             bonds.difference(b.family.position, position, Y);
-            const P length = bonds.load(b.family.length), own = bonds.load(b.bond_state[at.own]);
-            const P other = bonds.load(b.bond_state[at.stiffness]) - own, y = norm(Y);
+            const P length = bonds.constant(b.family.length), own = bonds.constant(b.bond_constants[at.own]);
+            const P other = bonds.constant(b.bond_constants[at.stiffness]) - own, y = norm(Y);
             const P here = length * bonds.load(b.bond_state[at.strain]);  // e_p |X| of both directions
             const P there = length * flow.at_other_end(b, bonds, flow_fields);
             const P spring = live * lambda * inverse_length(y) * (own * here + other * there);

@@ -44,10 +44,11 @@ constexpr ParamSpec hardening_param() {
 class BondFlow {
 public:
     static constexpr bool kMayYield = true;
-    /// Indices of fields; the first is the caller's.
+    /// Indices of fields.
     struct Fields {
-        int own = -1, strain = -1, opposite = -1, hardening = -1;  ///< of bonds
-        int dilatation = -1, family_hardening = -1;                ///< of particles
+        int own = -1;                                    ///< constant of bonds, the caller's
+        int strain = -1, opposite = -1, hardening = -1;  ///< of bonds
+        int dilatation = -1, family_hardening = -1;      ///< of particles
     };
 
     /// `modulus`: M; `return_factor`: of (3); `stress_per_strain`: of (4) [Pa].
@@ -109,13 +110,14 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i) {
             Pack<Real> expansion(0);
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) PERIMPM_INLINE_LAMBDA {
-                const Pack<Real> X = bonds.load(b.family.length);
-                expansion += live * bonds.load(b.bond_state[at.own]) * X * X * X * extension(b, i, bonds, X);
+                const Pack<Real> X = bonds.constant(b.family.length);
+                expansion += live * bonds.constant(b.bond_constants[at.own]) * X * X * X * extension(b, i, bonds, X);
             });
             double moment = 0;
             for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
-                const double X = static_cast<double>(b.family.length[slot]);
-                moment += static_cast<double>(b.bond_state[at.own][slot]) * X * X * X * X;
+                const std::uint32_t constant = constant_of(b.family, i, slot);
+                const double X = static_cast<double>(b.family.length[constant]);
+                moment += static_cast<double>(b.bond_constants[at.own][constant]) * X * X * X * X;
             }
             const Real theta = moment > 0 ? 3 * reduce(expansion) / static_cast<Real>(moment) : Real(0);
             b.particle_state[at.dilatation][0][i] = theta;
@@ -136,7 +138,7 @@ public:
         const Real *strain = b.bond_state[at.strain], *opposite = b.bond_state[at.opposite] + bonds.slot;
         return Pack<Real>([&](std::size_t lane) {
             if (lane >= bonds.size) return Real(0);
-            return strain[row[bonds.neighbour[lane]] + static_cast<std::uint32_t>(opposite[lane])];
+            return strain[row[bonds.neighbour(lane)] + static_cast<std::uint32_t>(opposite[lane])];
         });
     }
 
@@ -152,9 +154,9 @@ private:
     template <class Real>
     void state(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds, Real theta, const Fields& at,
                Pack<Real>& elastic, Pack<Real>& g) const {
-        const Pack<Real> X = bonds.load(b.family.length);
+        const Pack<Real> X = bonds.constant(b.family.length);
         elastic = extension(b, i, bonds, X) * inverse_length(X) - theta / 3 - bonds.load(b.bond_state[at.strain]);
-        g = static_cast<Real>(modulus_) * bonds.load(b.bond_state[at.own]) * X /
+        g = static_cast<Real>(modulus_) * bonds.constant(b.bond_constants[at.own]) * X /
             (b.volume[i] * bonds.gather(b.family.volume));
     }
 

@@ -26,30 +26,60 @@ PERIMPM_INLINE void prefetch(const T* by_slot) {
     __builtin_prefetch(by_slot + kPrefetchBonds);
 }
 
+/// Index of the constants of the bond in `slot` of the block's particle i.
+template <class Real>
+std::uint32_t constant_of(const Families<Real>& f, std::uint32_t i, std::uint32_t slot) {
+    return f.shape[i] + (slot - f.row[i]);
+}
+
+/// Neighbours of a particle's twin (Families::twin), and how far off they are from its own.
+struct TwinRow {
+    const std::uint32_t* neighbour;
+    std::ptrdiff_t shift;
+};
+template <class Real>
+PERIMPM_INLINE TwinRow twin_of(const Block<Real>& b, std::uint32_t i) {
+    const std::uint32_t twin = b.family.twin[i];
+    const std::uint32_t* row = b.family.row - b.first;  // of the whole material
+    return {b.family.neighbour + row[twin],
+            static_cast<std::ptrdiff_t>(b.first + i) - static_cast<std::ptrdiff_t>(twin)};
+}
+
 /// A pack of bonds of one particle. Lanes beyond `size` show bonds of other particles.
 template <class Real>
 struct BondPack {
-    std::uint32_t slot, size;
-    const std::uint32_t* neighbour;
+    std::uint32_t slot, size, first_constant;
+    const std::uint32_t* twins;  ///< the twin's neighbours
+    std::ptrdiff_t shift;        ///< from them to the particle's
+
+    PERIMPM_INLINE std::size_t neighbour(std::size_t lane) const {
+        return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(twins[lane]) + shift);
+    }
 
     /// Value of a per-bond field.
     PERIMPM_INLINE Pack<Real> load(const Real* field) const {
         prefetch(field + slot);
         return Pack<Real>(field + slot, std::experimental::element_aligned);
     }
+    /// Value of a constant.
+    PERIMPM_INLINE Pack<Real> constant(const Real* numbers) const {
+        prefetch(numbers + first_constant);
+        return Pack<Real>(numbers + first_constant, std::experimental::element_aligned);
+    }
     /// Value of a field of the neighbours, indexed over the whole material.
     PERIMPM_INLINE Pack<Real> gather(const Real* field) const {
-        return Pack<Real>([&](std::size_t lane) { return field[neighbour[lane]]; });
+        return Pack<Real>([&](std::size_t lane) { return field[neighbour(lane)]; });
     }
     /// The neighbours' entries of a field whose entries are Width numbers side by side.
     template <std::size_t Width>
     PERIMPM_INLINE void gather_packed(const Real* field, Pack<Real> out[Width]) const {
-        for (std::size_t q = 0; q < Width; q += 4) gather_quads<Width>(field + q, neighbour, out + q);
+        const Real* from = field + static_cast<std::ptrdiff_t>(Width) * shift;
+        for (std::size_t q = 0; q < Width; q += 4) gather_quads<Width>(from + q, twins, out + q);
     }
     /// Vectors from the particle at `own` to its neighbours; both in arrays packed by four.
     PERIMPM_INLINE void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
         Pack<Real> quad[4];
-        gather_quads(packed, neighbour, quad);
+        gather_quads(packed + 4 * shift, twins, quad);
         for (int c = 0; c < 3; ++c) out[c] = quad[c] - own[c];
     }
 };
@@ -75,16 +105,18 @@ PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, std::ui
     constexpr std::uint32_t lanes = kLanes<Real>;
     static_assert(lanes <= kSlotPadding);
     const Families<Real>& f = b.family;
-    const std::uint32_t* neighbour = f.neighbour;
     const bool damaged = f.damage && f.damage[i] > 0;
-    for (; !damaged && slot + lanes <= end; slot += lanes) {
-        prefetch(neighbour + slot);
-        body(BondPack<Real>{slot, lanes, neighbour + slot}, Pack<Real>(1));
+    const TwinRow twin = twin_of(b, i);
+    const std::uint32_t* twins = twin.neighbour + (slot - f.row[i]);
+    std::uint32_t constant = constant_of(f, i, slot);
+    for (; !damaged && slot + lanes <= end; slot += lanes, constant += lanes, twins += lanes) {
+        prefetch(twins);
+        body(BondPack<Real>{slot, lanes, constant, twins, twin.shift}, Pack<Real>(1));
     }
-    for (; slot < end; slot += lanes) {
+    for (; slot < end; slot += lanes, constant += lanes, twins += lanes) {
         const std::uint32_t size = std::min(lanes, end - slot);
-        prefetch(neighbour + slot);
-        body(BondPack<Real>{slot, size, neighbour + slot}, live_bonds(f, slot, size, damaged));
+        prefetch(twins);
+        body(BondPack<Real>{slot, size, constant, twins, twin.shift}, live_bonds(f, slot, size, damaged));
     }
 }
 /// The same for all bonds of the block's particle i.
@@ -182,22 +214,22 @@ double largest_stretch(const Block<Real>& b) {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) {
             Pack<Real> Y[3];
             bonds.difference(b.family.position, own, Y);
-            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.load(b.family.length));
+            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.constant(b.family.length));
             largest = select(stretch > largest, stretch, largest);
         });
     }
     return static_cast<double>(hmax(largest));
 }
 
-/// Silling & Askari 2005, eq. 50: dt < sqrt(2 m_i / sum_j k_ij), the smallest over the block [s]. `stiffness` times
-/// `scale` is k [N/m].
+/// Silling & Askari 2005, eq. 50: dt < sqrt(2 m_i / sum_j k_ij), the smallest over the block [s]. The
+/// constant `stiffness` times `scale` is k [N/m].
 template <class Real>
 double silling_askari_bound(const Block<Real>& b, const Real* stiffness, double scale) {
     double smallest = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 0; i < b.size; ++i) {
         double sum = 0;
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
-            sum += static_cast<double>(stiffness[slot]);
+            sum += static_cast<double>(stiffness[constant_of(b.family, i, slot)]);
         if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / (scale * sum)));
     }
     return smallest;

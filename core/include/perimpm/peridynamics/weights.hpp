@@ -43,11 +43,11 @@ std::uint32_t opposite_slot(const Block<Real>& b, std::uint32_t i, std::uint32_t
     return static_cast<std::uint32_t>(std::lower_bound(f.neighbour + row[other], end, b.first + i) - f.neighbour);
 }
 
-/// Where a law keeps what its weights become: fields among its particle and bond state.
+/// Where a law keeps what its weights become: fields among its particle state and its constants of bonds.
 struct WeightFields {
     std::uint32_t normalisation;  ///< of particles: factor of w
-    std::uint32_t stiffness;      ///< of bonds: (w_pq + w_qp) V_p V_q / |X|^2
-    int own = -1;                 ///< of bonds: w_pq V_p V_q / |X|^2; -1: not kept, which `moment` excludes
+    std::uint32_t stiffness;      ///< constant: (w_pq + w_qp) V_p V_q / |X|^2
+    int own = -1;                 ///< constant: w_pq V_p V_q / |X|^2; -1: not kept, which `moment` excludes
 };
 
 template <class Real>
@@ -58,8 +58,7 @@ public:
     FamilyWeights(Surface surface, double total, double full_sum, Weight weight)
         : surface_{surface}, total_{total}, full_sum_{full_sum}, weight_{std::move(weight)} {}
 
-    /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them, and a
-    /// family that has weights keeps them.
+    /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them.
     void initialise(Block<Real>& b, std::uint32_t round, const WeightFields& fields) const {
         for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? normalise(b, i, fields) : add_both_ends(b, i, fields);
     }
@@ -68,28 +67,26 @@ private:
     static double volume(const Block<Real>& b, std::uint32_t slot) {
         return static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
     }
-    static double length(const Block<Real>& b, std::uint32_t slot) {
-        return static_cast<double>(b.family.length[slot]);
+    static double length(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) {
+        return static_cast<double>(b.family.length[constant_of(b.family, i, slot)]);
     }
     /// V_p V_q / |X|^2 times the weight before normalisation.
     double raw_stiffness(const Block<Real>& b, std::uint32_t i, std::uint32_t slot) const {
-        const double X = length(b, slot);
+        const double X = length(b, i, slot);
         return weight_(X) * static_cast<double>(b.volume[i]) * volume(b, slot) / (X * X);
     }
 
     void normalise(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
         const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
-        Real& kept = b.particle_state[fields.normalisation][0][i];
-        if (kept != 0) return;
         double sum = surface_ == Surface::none ? full_sum_ : 0;
         for (std::uint32_t slot = begin; slot < end && surface_ != Surface::none; ++slot)
-            sum += weight_(length(b, slot)) * volume(b, slot);
+            sum += weight_(length(b, i, slot)) * volume(b, slot);
         const double factor = sum > 0 ? total_ / sum : 0;
-        kept = static_cast<Real>(factor);
+        b.particle_state[fields.normalisation][0][i] = static_cast<Real>(factor);
         if (fields.own < 0) return;
-        Real* own = b.bond_state[fields.own];
+        Real* own = b.bond_constants[fields.own] + b.family.shape[i];
         for (std::uint32_t slot = begin; slot < end; ++slot)
-            own[slot] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
+            own[slot - begin] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
         if (surface_ == Surface::moment && sum > 0) make_isotropic(b, i, factor, own);
     }
 
@@ -100,26 +97,28 @@ private:
         for (std::uint32_t slot = begin; slot < end; ++slot) {
             const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
             for (int c = 0; c < 3; ++c) directions.push_back(other[c] - at[c]);
-            weights.push_back(factor * weight_(length(b, slot)) * volume(b, slot));
+            weights.push_back(factor * weight_(length(b, i, slot)) * volume(b, slot));
         }
         isotropic_factors(directions, weights, factors);
-        for (std::uint32_t slot = begin; slot < end; ++slot) own[slot] *= static_cast<Real>(factors[slot - begin]);
+        for (std::size_t k = 0; k < factors.size(); ++k) own[k] *= static_cast<Real>(factors[k]);
     }
 
     void add_both_ends(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
         const Field<Real>& factor = b.family_state[fields.normalisation];
-        const std::uint32_t first = b.family.row[i];
-        if (first == b.family.row[i + 1] || b.bond_state[fields.stiffness][first] != 0) return;
-        for (std::uint32_t slot = first; slot < b.family.row[i + 1]; ++slot) {
+        const std::uint32_t* shape = b.family.shape - b.first;  // of the whole material, as row
+        const std::uint32_t* row = b.family.row - b.first;
+        for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
+            const std::uint32_t here = constant_of(b.family, i, slot), q = b.family.neighbour[slot];
             double both;
             if (surface_ == Surface::moment) {
-                const Real* own = b.bond_state[fields.own];
-                both = static_cast<double>(own[slot]) + static_cast<double>(own[opposite_slot(b, i, slot)]);
+                const Real* own = b.bond_constants[fields.own];
+                both = static_cast<double>(own[here]) +
+                       static_cast<double>(own[shape[q] + opposite_slot(b, i, slot) - row[q]]);
             } else {
-                both = raw_stiffness(b, i, slot) * (static_cast<double>(factor[0][b.first + i]) +
-                                                    static_cast<double>(factor[0][b.family.neighbour[slot]]));
+                both = raw_stiffness(b, i, slot) *
+                       (static_cast<double>(factor[0][b.first + i]) + static_cast<double>(factor[0][q]));
             }
-            b.bond_state[fields.stiffness][slot] = static_cast<Real>(both);
+            b.bond_constants[fields.stiffness][here] = static_cast<Real>(both);
         }
     }
 
