@@ -44,6 +44,7 @@ const std::map<std::string, std::string> kCovered = {
     {"peridynamics/averaged_bonds.hpp", "../plugins/test_pd_elastic.cpp"},
     {"peridynamics/averaged_family.hpp", "../plugins/test_pd_elastic.cpp"},
     {"peridynamics/averaged_run.hpp", "../contract/test_every_constitutive_law.cpp"},
+    {"peridynamics/averaged_sweep.hpp", "../plugins/test_pd_elastic.cpp"},
     {"peridynamics/averaged_forces.hpp", "../plugins/test_pd_elastic.cpp"},
     {"peridynamics/averaged_bond_params.hpp", "../plugins/test_pd_elastic.cpp"},
     {"peridynamics/bond_flow.hpp", "../plugins/test_deviatoric_plastic.cpp"},

@@ -6,7 +6,7 @@
 #include "perimpm/model/constitutive_law.hpp"
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_forces.hpp"
-#include "perimpm/peridynamics/averaged_run.hpp"
+#include "perimpm/peridynamics/averaged_sweep.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -81,7 +81,7 @@ public:
     void prepare(Block<Real>& b) const override {
         if constexpr (Flow::kMayYield)
             if (yields()) flow_.advance(b, flow_fields_);
-        if (form_ != Form::springs) average_families(b);
+        if (form_ != Form::springs) average_families(b, at_, moduli_, form_ == Form::paper);
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -155,9 +155,7 @@ protected:
 
 private:
     static constexpr auto kNormalisation = AveragedState::normalisation, kShapeInverse = AveragedState::shape_inverse,
-                          kMoment = AveragedState::moment, kMeanDeformation = AveragedState::mean_deformation,
-                          kAveragedStress = AveragedState::averaged_stress,
-                          kStressRecord = AveragedState::stress_record;
+                          kMoment = AveragedState::moment, kMeanDeformation = AveragedState::mean_deformation;
     static constexpr double kSingular = 1e-4;  // eigenvalues of K below this share of the largest count as zero
 
     static P real(double value) { return P(static_cast<Real>(value)); }
@@ -222,125 +220,6 @@ private:
         return bonds.constant(b.bond_constants[at_.stiffness]) * factor[b.first + i] /
                (factor[b.first + i] + bonds.gather(factor));
     }
-    /// A K^+, of one particle or of a run.
-    template <class T>
-    PERIMPM_INLINE static void times_symmetric(const T A[9], const T K[6], T out[9]) {
-        for (int r = 0; r < 9; r += 3) {
-            out[r] = A[r] * K[0] + A[r + 1] * K[1] + A[r + 2] * K[2];
-            out[r + 1] = A[r] * K[1] + A[r + 1] * K[3] + A[r + 2] * K[4];
-            out[r + 2] = A[r] * K[2] + A[r + 1] * K[4] + A[r + 2] * K[5];
-        }
-    }
-    /// V H from sum S_pq (|Y-| - |X|)/|Y-| X (x) X.
-    template <class T>
-    PERIMPM_INLINE void stress_of(const T F[9], const T S[6], const T K[6], T H[9]) const {
-        T SK[9], G[9];
-        const T full[9] = {S[0], S[1], S[2], S[1], S[3], S[4], S[2], S[4], S[5]};
-        times_symmetric(full, K, SK);
-        const T two_mu(static_cast<Real>(2 * moduli_.mu));
-        for (int c = 0; c < 9; ++c) G[c] = two_mu * F[c];
-        for (int r = 0; r < 9; r += 3)
-            for (int c = 0; c < 3; ++c) H[r + c] = G[r] * SK[c] + G[r + 1] * SK[3 + c] + G[r + 2] * SK[6 + c];
-    }
-    /// H X of the header's last lines in averaged_forces.hpp.
-    template <class T>
-    PERIMPM_INLINE static void times_position(const T H[9], const T X[3], const Real origin[3], T out[3]) {
-        for (int r = 0; r < 3; ++r)
-            out[r] =
-                H[3 * r] * (X[0] - origin[0]) + H[3 * r + 1] * (X[1] - origin[1]) + H[3 * r + 2] * (X[2] - origin[2]);
-    }
-
-    /// Runs of families together, the others one by one: there the second sweep of a family after the first of the next one, so
-    /// that neither waits for the other's sums.
-    void average_families(Block<Real>& b) const {
-        AveragedRun<Real> sweeps(b, at_);
-        AveragedFamily<Real> family[2] = {{b, at_}, {b, at_}};
-        const auto run_at = [&](std::uint32_t i) {
-            return form_ == Form::variational && i < b.size ? sweeps.size_at(i) : 0;
-        };
-        for (std::uint32_t i = 0; i < b.size;) {
-            if (const std::uint32_t size = run_at(i)) {
-                average_run(b, FamilyRun<Real>(b, i, size), sweeps);
-                i += size;
-                continue;
-            }
-            const std::uint32_t first = i;
-            do {
-                set_mean_deformation(b, i, family[i % 2]);
-                if (i > first) add_averaged(b, i - 1, family[(i - 1) % 2]);
-            } while (++i < b.size && run_at(i) == 0);
-            add_averaged(b, i - 1, family[(i - 1) % 2]);
-        }
-    }
-
-    void average_run(Block<Real>& b, const FamilyRun<Real>& run, AveragedRun<Real>& sweeps) const {
-        const std::uint32_t i = run.first();
-        P sums[12], F[9], S[6], K[6], H[9], X[4], HX[3], largest;
-        for (std::size_t c = 0; c < 6; ++c) K[c] = run.at(b.particle_state[kShapeInverse][c]);
-        load_quads_apart(b.family.reference + 4 * std::size_t{b.first + i}, X);
-        sweeps.sum_bonds(run, sums, largest);
-        times_symmetric(sums, K, F);  // (4)
-        Real* mean = b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i;
-        const auto put = [&](Real* to, const P& x, const P& y, const P& z, const P& w) {
-            const P four[4] = {x, y, z, w};
-            store_quads_apart<MeanRecord::kWidth>(to, four, run.size());
-        };
-        const P lambda = real(moduli_.lambda);
-        put(mean, F[0], F[1], F[2], F[3]);
-        put(mean + 4, F[4], F[5], F[6], F[7]);
-        put(mean + 8, F[8], X[0], X[1], X[2]);
-        put(mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11],
-            largest);  // (6), second term
-
-        sweeps.sum_averaged(run, F, S);
-        stress_of(F, S, K, H);
-        times_position(H, X, b.family.reference, HX);
-        for (std::size_t c = 0; c < 9; ++c) store(b.particle_state[kAveragedStress][c] + i, H[c], run.size());
-        Real* record = b.particle_state[kStressRecord].data + kSumRecord * i;
-        static_assert(kSumRecord == MeanRecord::kWidth);
-        put(record, H[0], H[1], H[2], H[3]);
-        put(record + 4, H[4], H[5], H[6], H[7]);
-        put(record + 8, H[8], HX[0], HX[1], HX[2]);
-    }
-
-    void set_mean_deformation(const Block<Real>& b, std::uint32_t i, AveragedFamily<Real>& family) const {
-        const Real* reference = b.family.reference + 4 * std::size_t{b.first + i};
-        Real* F = b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i;
-        Real sums[12], K[6];
-        shape_inverse(b, i, K);
-        F[MeanRecord::kExtension] = family.sum_bonds(i, sums);
-        times_symmetric(sums, K, F);  // (4)
-        for (int c = 0; c < 3; ++c) {
-            F[MeanRecord::kReference + c] = reference[c];
-            F[MeanRecord::kForce + c] = static_cast<Real>(moduli_.lambda) * sums[9 + c];  // (6), second term
-        }
-    }
-
-    void add_averaged(const Block<Real>& b, std::uint32_t i, const AveragedFamily<Real>& family) const {
-        Real* F = b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i;
-        if (form_ == Form::variational) return set_averaged_stress(b, i, family, F);
-        Real pulls[4], force[3];
-        family.sum_averaged_pulls(i, F, pulls);
-        deform(pulls, force, F);
-        for (int c = 0; c < 3; ++c)
-            F[MeanRecord::kForce + c] += static_cast<Real>(2 * moduli_.mu) * force[c];  // (6), first term, of T<p,q>
-    }
-
-    void set_averaged_stress(const Block<Real>& b, std::uint32_t i, const AveragedFamily<Real>& family,
-                             const Real* F) const {
-        Real S[8], K[6];
-        family.sum_averaged(i, F, S);
-        shape_inverse(b, i, K);
-        Real* record = b.particle_state[kStressRecord].data + kSumRecord * i;
-        stress_of(F, S, K, record);
-        times_position(record, F + MeanRecord::kReference, b.family.reference, record + 9);
-        for (std::size_t c = 0; c < 9; ++c) b.particle_state[kAveragedStress][c][i] = record[c];
-    }
-
-    static void shape_inverse(const Block<Real>& b, std::uint32_t i, Real K[6]) {
-        for (std::size_t c = 0; c < 6; ++c) K[c] = b.particle_state[kShapeInverse][c][i];
-    }
-
     void set_influence(Block<Real>& b, std::uint32_t i) const {
         if (at_.influence < 0) return;
         const std::uint32_t first = b.family.shape[i], count = b.family.row[i + 1] - b.family.row[i];

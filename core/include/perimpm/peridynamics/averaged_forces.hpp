@@ -4,11 +4,11 @@
 #include "perimpm/peridynamics/averaged_run.hpp"
 
 /*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
-    numbers are in plugins/constitutive/pd_elastic.cpp. */
+    numbers are in plugins/constitutive/pd_elastic.cpp. Calls of their own, as average_families is. */
 namespace perimpm::peridynamics {
 
 template <class Real>
-void force_of_springs(Block<Real>& b, const BondFields& at, double lambda) {
+[[gnu::noinline]] void force_of_springs(Block<Real>& b, const BondFields& at, double lambda) {
     using P = Pack<Real>;
     P largest(0);
     for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
@@ -117,7 +117,7 @@ Real force_of_energy(Block<Real>& b, const FamilyRun<Real>& run, AveragedRun<Rea
     return hmax(run.own(mean[3]));
 }
 template <class Real>
-void force_of_energy(Block<Real>& b, const BondFields& at) {
+[[gnu::noinline]] void force_of_energy(Block<Real>& b, const BondFields& at) {
     AveragedRun<Real> sweeps(b, at);
     Real largest = 0;
     for (std::uint32_t i = 0; i < b.size;) {

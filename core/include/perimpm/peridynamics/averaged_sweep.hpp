@@ -1,0 +1,159 @@
+#pragma once
+
+#include "perimpm/peridynamics/averaged_bond_params.hpp"
+#include "perimpm/peridynamics/averaged_run.hpp"
+
+/*! The first pass of the laws of Lyu et al. 2019: what neighbours need of each family (averaged_bonds.hpp). Equation numbers are
+    in plugins/constitutive/pd_elastic.cpp. */
+namespace perimpm::peridynamics {
+
+/// A K, of one particle or of a run; K: xx xy xz yy yz zz.
+template <class T>
+PERIMPM_INLINE void times_symmetric(const T A[9], const T K[6], T out[9]) {
+    for (int r = 0; r < 9; r += 3) {
+        out[r] = A[r] * K[0] + A[r + 1] * K[1] + A[r + 2] * K[2];
+        out[r + 1] = A[r] * K[1] + A[r + 1] * K[3] + A[r + 2] * K[4];
+        out[r + 2] = A[r] * K[2] + A[r + 1] * K[4] + A[r + 2] * K[5];
+    }
+}
+
+template <class Real>
+class AveragedSweep {
+    using P = Pack<Real>;
+    using State = AveragedState;
+
+public:
+    /// `printed`: the paper's form.
+    AveragedSweep(Block<Real>& b, const BondFields& at, const SpringModuli& moduli, bool printed)
+        : b_{b},
+          lambda_{static_cast<Real>(moduli.lambda)},
+          two_mu_{static_cast<Real>(2 * moduli.mu)},
+          printed_{printed},
+          run_{b, at},
+          family_{{b, at}, {b, at}} {}
+
+    /// Runs of families together, the others one by one: there the second sweep of a family after the first of the next one,
+    /// so that neither waits for the other's sums.
+    void operator()() {
+        for (std::uint32_t i = 0; i < b_.size;) {
+            if (const std::uint32_t size = run_at(i)) {
+                average(FamilyRun<Real>(b_, i, size));
+                i += size;
+                continue;
+            }
+            const std::uint32_t first = i;
+            do {
+                set_mean_deformation(i);
+                if (i > first) add_averaged(i - 1);
+            } while (++i < b_.size && run_at(i) == 0);
+            add_averaged(i - 1);
+        }
+    }
+
+private:
+    std::uint32_t run_at(std::uint32_t i) const { return printed_ ? 0 : run_.size_at(i); }
+
+    void average(const FamilyRun<Real>& run) {
+        const std::uint32_t i = run.first();
+        P sums[12], F[9], S[6], K[6], H[9], X[4], HX[3], largest;
+        for (std::size_t c = 0; c < 6; ++c) K[c] = run.at(b_.particle_state[State::shape_inverse][c]);
+        load_quads_apart(b_.family.reference + 4 * std::size_t{b_.first + i}, X);
+        run_.sum_bonds(run, sums, largest);
+        times_symmetric(sums, K, F);  // (4)
+        const P lambda(lambda_);
+        Real* mean = mean_record(i);
+        put(run, mean, F[0], F[1], F[2], F[3]);
+        put(run, mean + 4, F[4], F[5], F[6], F[7]);
+        put(run, mean + 8, F[8], X[0], X[1], X[2]);
+        put(run, mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11], largest);  // (6)
+
+        run_.sum_averaged(run, F, S);
+        stress_of(F, S, K, H);
+        times_position(H, X, HX);
+        for (std::size_t c = 0; c < 9; ++c) run.put(b_.particle_state[State::averaged_stress][c], H[c]);
+        Real* stress = stress_record(i);
+        put(run, stress, H[0], H[1], H[2], H[3]);
+        put(run, stress + 4, H[4], H[5], H[6], H[7]);
+        put(run, stress + 8, H[8], HX[0], HX[1], HX[2]);
+    }
+    static void put(const FamilyRun<Real>& run, Real* to, const P& x, const P& y, const P& z, const P& w) {
+        static_assert(kSumRecord == MeanRecord::kWidth);
+        const P quad[4] = {x, y, z, w};
+        store_quads_apart<kSumRecord>(to, quad, run.size());
+    }
+
+    void set_mean_deformation(std::uint32_t i) {
+        const Real* reference = b_.family.reference + 4 * std::size_t{b_.first + i};
+        Real* F = mean_record(i);
+        Real sums[12], K[6];
+        load_shape_inverse(i, K);
+        F[MeanRecord::kExtension] = family_[i % 2].sum_bonds(i, sums);
+        times_symmetric(sums, K, F);  // (4)
+        for (int c = 0; c < 3; ++c) {
+            F[MeanRecord::kReference + c] = reference[c];
+            F[MeanRecord::kForce + c] = lambda_ * sums[9 + c];  // (6), second term
+        }
+    }
+
+    void add_averaged(std::uint32_t i) {
+        const AveragedFamily<Real>& family = family_[i % 2];
+        Real* F = mean_record(i);
+        if (printed_) {
+            Real pulls[4], force[3];
+            family.sum_averaged_pulls(i, F, pulls);
+            deform(pulls, force, F);
+            for (int c = 0; c < 3; ++c) F[MeanRecord::kForce + c] += two_mu_ * force[c];  // (6), first term, of T<p,q>
+            return;
+        }
+        Real S[8], K[6];
+        family.sum_averaged(i, F, S);
+        load_shape_inverse(i, K);
+        Real* H = stress_record(i);
+        stress_of(F, S, K, H);
+        times_position(H, F + MeanRecord::kReference, H + 9);
+        for (std::size_t c = 0; c < 9; ++c) b_.particle_state[State::averaged_stress][c][i] = H[c];
+    }
+
+    /// V H from sum S_pq (|Y-| - |X|)/|Y-| X (x) X.
+    template <class T>
+    PERIMPM_INLINE void stress_of(const T F[9], const T S[6], const T K[6], T H[9]) const {
+        T SK[9], G[9];
+        const T full[9] = {S[0], S[1], S[2], S[1], S[3], S[4], S[2], S[4], S[5]};
+        times_symmetric(full, K, SK);
+        for (int c = 0; c < 9; ++c) G[c] = T(two_mu_) * F[c];
+        for (int r = 0; r < 9; r += 3)
+            for (int c = 0; c < 3; ++c) H[r + c] = G[r] * SK[c] + G[r + 1] * SK[3 + c] + G[r + 2] * SK[6 + c];
+    }
+    /// V H X with X counted from the material's first particle.
+    template <class T>
+    PERIMPM_INLINE void times_position(const T H[9], const T X[3], T out[3]) const {
+        const Real* origin = b_.family.reference;
+        const T from[3] = {X[0] - origin[0], X[1] - origin[1], X[2] - origin[2]};
+        for (int r = 0; r < 3; ++r) out[r] = H[3 * r] * from[0] + H[3 * r + 1] * from[1] + H[3 * r + 2] * from[2];
+    }
+
+    Real* mean_record(std::uint32_t i) const {
+        return b_.particle_state[State::mean_deformation].data + MeanRecord::kWidth * std::size_t{i};
+    }
+    Real* stress_record(std::uint32_t i) const {
+        return b_.particle_state[State::stress_record].data + kSumRecord * std::size_t{i};
+    }
+    void load_shape_inverse(std::uint32_t i, Real K[6]) const {
+        for (std::size_t c = 0; c < 6; ++c) K[c] = b_.particle_state[State::shape_inverse][c][i];
+    }
+
+    Block<Real>& b_;
+    Real lambda_, two_mu_;
+    bool printed_;
+    AveragedRun<Real> run_;
+    AveragedFamily<Real> family_[2];
+};
+
+/// A call of its own, without a law's type in it: all laws then have the same bits.
+template <class Real>
+[[gnu::noinline]] void average_families(Block<Real>& b, const BondFields& at, const SpringModuli& moduli,
+                                        bool printed) {
+    AveragedSweep<Real>(b, at, moduli, printed)();
+}
+
+}  // namespace perimpm::peridynamics
