@@ -54,11 +54,12 @@ struct RunPack {
     std::ptrdiff_t neighbour;  ///< of the first family
     std::uint32_t k;
     std::uint32_t slot, count;  ///< of the first family's bond; bonds of a family
+    std::size_t last;           ///< lane of the last family
     const Shapes& shape;
 
     /// Value of a per-bond field.
     PERIMPM_INLINE Pack<Real> load(const Real* field) const {
-        return Pack<Real>([&](std::size_t lane) { return field[slot + count * lane]; });
+        return Pack<Real>([&](std::size_t lane) { return field[slot + count * std::min(lane, last)]; });
     }
 
     PERIMPM_INLINE Pack<Real> constant(const Real* numbers) const {
@@ -108,7 +109,8 @@ public:
         const auto each = [&](const auto& shape) PERIMPM_INLINE_LAMBDA {
             using Bonds = RunPack<Real, std::remove_cvref_t<decltype(shape)>>;
             for (std::uint32_t k = 0; k < count; ++k)
-                body(Bonds{static_cast<std::ptrdiff_t>(twin.neighbour[k]) + twin.shift, k, first + k, count, shape},
+                body(Bonds{static_cast<std::ptrdiff_t>(twin.neighbour[k]) + twin.shift, k, first + k, count, size_ - 1,
+                           shape},
                      P(1));
         };
         one_shape_ ? each(shape_[0]) : each(shape_);
