@@ -85,9 +85,13 @@ public:
         }
         for (std::size_t k = 0; k < bond_state_.size(); ++k) b.bond_state[k] = bond_state_[k].data();
         if (!needs_.bonds) return b;
-        b.family = {
-            bonds_.row.data() + first, bonds_.neighbour.data(), bonds_.broken.data(), bonds_.damage.data() + first,
-            position_.data(),          reference_.data(),       volume_.data()};
+        b.family.row = bonds_.row.data() + first;
+        b.family.neighbour = bonds_.neighbour.data();
+        b.family.broken = bonds_.broken.data();
+        b.family.damage = bonds_.damage.data() + first;
+        b.family.position = position_.data();
+        b.family.reference = reference_.data();
+        b.family.volume = volume_.data();
         b.family.shape = constants_.shape.data() + first;
         b.family.twin = constants_.twin.data() + first;
         b.family.length = constants_.length.data();
@@ -104,7 +108,8 @@ public:
         perimpm::Block<Real> all = block();
         law_.renew(all);
     }
-    bool finds_runs = true;  ///< whether laws hear of runs of families
+    Real largest_stretch = 0;  ///< of the last `evaluate`
+    bool finds_runs = true;    ///< whether laws hear of runs of families
     int longest_run() const {
         return *std::max_element(constants_.run.data(), constants_.run.data() + constants_.run.size());
     }
@@ -117,7 +122,11 @@ public:
             }
         };
         if (needs_.prepare) each([&](perimpm::Block<Real>& b) { law_.prepare(b); });
-        each([&](perimpm::Block<Real>& b) { law_.evaluate(b, Real(1e-4)); });
+        largest_stretch = 0;
+        each([&](perimpm::Block<Real>& b) {
+            law_.evaluate(b, Real(1e-4));
+            largest_stretch = std::max(largest_stretch, b.largest_stretch);
+        });
     }
     /// Stored energy [J] of the present state, family quantities included; of all particles or of one.
     double energy() { return energy(0, size()); }

@@ -64,7 +64,11 @@ template <class Real>
 struct SurroundingsHash {
     std::size_t operator()(const Surroundings<Real>& around) const {
         std::size_t hash = around.size();
-        for (std::uint32_t k = 0; k < around.size(); ++k) hash = (hash ^ around.offset(k)) * 0x9e3779b97f4a7c15u;
+        const auto mix = [&](std::size_t bits) { hash = (hash ^ bits) * 0x9e3779b97f4a7c15u; };
+        for (std::uint32_t k = 0; k < around.size(); ++k) {
+            mix(around.offset(k));
+            for (const Real number : around.neighbour(k)) mix(std::hash<Real>()(number));
+        }
         return hash ^ hash >> 32;
     }
 };

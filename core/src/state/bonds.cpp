@@ -11,6 +11,9 @@ namespace perimpm {
 
 namespace {
 
+/// Neighbours on the rim belong to the family, whatever the last digits of their positions are.
+constexpr double kRim = 1 + 1e-9;
+
 /// Particles of one body in cells as wide as the horizon; neighbours lie in the 27 cells around.
 class CellList {
 public:
@@ -35,7 +38,7 @@ public:
                                    high = std::min(home[2] + 1, cells_[2] - 1);
                 auto it = std::lower_bound(order_.begin(), order_.end(), Entry{key({i, j, low}), 0});
                 for (; it != order_.end() && it->key <= key({i, j, high}); ++it)
-                    if (it->particle != p && (X_[it->particle] - X_[p]).squaredNorm() <= horizon * horizon)
+                    if (it->particle != p && (X_[it->particle] - X_[p]).norm() <= kRim * horizon)
                         found.push_back(it->particle);
             }
         std::sort(found.begin(), found.end());
@@ -86,7 +89,7 @@ Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, 
     Bonds bonds;
     bonds.row = AlignedArray<std::uint32_t>(X.size() + 1);
     for (std::size_t body = 0; body + 1 < bodies.size(); ++body) {
-        const CellList cells(X, bodies[body], bodies[body + 1], horizon);
+        const CellList cells(X, bodies[body], bodies[body + 1], kRim * horizon);
         for (std::size_t p = bodies[body]; p < bodies[body + 1]; ++p) {
             cells.neighbours(static_cast<std::uint32_t>(p), horizon, family);
             for (const std::uint32_t q : family)

@@ -281,7 +281,7 @@ void allocate_particles(World<Real>& w, const std::vector<BodySample>& samples) 
     w.id = AlignedArray<std::uint32_t>(w.count);
 }
 
-/// Puts the particles of a body into the arrays from `at` on, and their positions into X.
+/// Puts the particles of a body into the arrays from `at` on, and their positions before rounding into X.
 template <class Real>
 void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m, std::size_t at, std::vector<Vec3>& X) {
     const BodySpec& spec = *body.spec;
@@ -299,7 +299,7 @@ void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m,
         w.mass[at] = static_cast<Real>(m.density * body.particle_volume);
         w.id[at++] = first_id + p;
         w.set_speed(std::max(w.max_speed, v.norm()));
-        X.push_back(x);
+        X.push_back(body.points[p]);
     }
 }
 

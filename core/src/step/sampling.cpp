@@ -110,6 +110,19 @@ std::vector<BodySample> sample_bodies(const Scene& scene) {
     return samples;
 }
 
+namespace {
+
+/// The indices beside the keys, in the order of the keys.
+template <class Key>
+std::vector<std::uint32_t> order_of(std::vector<std::pair<Key, std::uint32_t>>& keys) {
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(keys.size());
+    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
+    return order;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points, double width) {
     Box3 box;
     for (const Vec3& x : points) box.extend(x);
@@ -122,10 +135,7 @@ std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points, double 
             cell[c] = static_cast<std::int32_t>((points[p][c] - box.min()[c]) / width) - kMortonBias;
         keys[p] = {morton(cell), p};
     }
-    std::sort(keys.begin(), keys.end());
-    std::vector<std::uint32_t> order(points.size());
-    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
-    return order;
+    return order_of(keys);
 }
 
 std::vector<std::uint32_t> row_order(const std::vector<Vec3>& points, double width) {
@@ -144,10 +154,7 @@ std::vector<std::uint32_t> row_order(const std::vector<Vec3>& points, double wid
         const std::int64_t side = cell(axis[1]);
         keys[p] = {{side / kBand, cell(axis[0]), side, cell(axis[2])}, p};
     }
-    std::sort(keys.begin(), keys.end());
-    std::vector<std::uint32_t> order(points.size());
-    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
-    return order;
+    return order_of(keys);
 }
 
 template <class Real>
@@ -161,8 +168,11 @@ std::vector<Vec3> exact_lattice(const std::vector<Vec3>& points, double spacing)
     const Vec3 start = points.front() + spacing * ((box.center() - points.front()) / spacing).array().round().matrix();
     std::vector<Vec3> moved(points.size());
     for (std::size_t p = 0; p < points.size(); ++p) {
-        for (int c = 0; c < 3; ++c) moved[p][c] = exact(start[c]) + h * std::round((points[p][c] - start[c]) / spacing);
-        if ((moved[p] - points[p]).cwiseAbs().maxCoeff() > 0.01 * spacing) return points;
+        const Vec3 cell = ((points[p] - start) / spacing).array().round();
+        for (int c = 0; c < 3; ++c) moved[p][c] = exact(start[c]) + h * cell[c];
+        const double off = (points[p] - start - spacing * cell).cwiseAbs().maxCoeff(),
+                     rounding = (moved[p] - points[p]).cwiseAbs().maxCoeff();
+        if (off > 1e-9 * spacing || rounding > 0.01 * spacing) return points;
     }
     return moved;
 }

@@ -1,5 +1,5 @@
+#include <algorithm>
 #include <random>
-#include <set>
 
 #include "perimpm/peridynamics/family.hpp"
 #include "state/bond_constants.hpp"
@@ -60,9 +60,8 @@ TEST_CASE("bond constants: families share what is the same, and keep what is not
     // 27 places in a box: inside, on faces, edges and corners, some with the same lengths in the same order; and the odd one
     CHECK(body.constants.length.size() <= 28 * 26);
     CHECK(body.constants.declared[0].size() == body.constants.length.size());
-    const std::set<std::uint32_t> shapes(body.constants.shape.data(), body.constants.shape.data() + size);
-    CHECK(shapes.count(body.constants.shape[odd]) == 1);
-    CHECK(body.constants.shape[odd] != body.constants.shape[odd + 1]);
+    const std::uint32_t* shape = body.constants.shape.data();
+    CHECK(std::count(shape, shape + size, shape[odd]) == 1);
     CHECK(body.constants.shape[odd - 1] == body.constants.shape[odd + 1]);
 }
 
@@ -85,6 +84,16 @@ TEST_CASE("bond constants: a twin sees the same neighbours, shifted; rows of inn
         if (p + 200 < size) CHECK(body.constants.run[p] == (along == 0 || along == 39 ? 1 : 39 - along));
     }
     CHECK(body.constants.run[size - 1] == 1);
+}
+
+TEST_CASE("bond constants: a neighbour of another volume makes other surroundings", "[state]") {
+    Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
+    const std::size_t heavy = (3 * 7 + 3) * 40 + 20;
+    body.reference[4 * heavy + 3] = 2;
+    body.constants.share(body.bonds, body.reference.data());
+    CHECK(body.constants.twin[heavy - 1] == heavy - 1);
+    CHECK(body.constants.twin[heavy - 2] == body.constants.twin[heavy + 2]);
+    CHECK(body.constants.run[heavy - 3] == 2);
 }
 
 TEST_CASE("bond constants: what a pack reads past the end of a twin's row are particles", "[state]") {

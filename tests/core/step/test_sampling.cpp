@@ -109,8 +109,18 @@ TEMPLATE_TEST_CASE("sampling: differences on an exact lattice are exact, and it 
     }
     CHECK(differences.size() == 1);
 
-    points[500][1] += 0.02 * h;
-    CHECK(exact_lattice<TestType>(points, h) == points);
+    for (const double jitter : {1e-6, 0.003, 0.02}) {
+        std::vector<Vec3> moved = points;
+        moved[500][1] += jitter * h;
+        CHECK(exact_lattice<TestType>(moved, h) == moved);
+    }
+}
+
+TEST_CASE("sampling: a row too long for exact differences in single precision stays where it is", "[step]") {
+    std::vector<Vec3> row;
+    for (int n = 0; n < 3000; ++n) row.emplace_back(0, 0, n * 1e-3 / 3);
+    CHECK(exact_lattice<float>(row, 1e-3 / 3) == row);
+    CHECK(exact_lattice<double>(row, 1e-3 / 3) != row);
 }
 
 TEST_CASE("sampling: a ramp is linear between its ends and constant beyond", "[step]") {

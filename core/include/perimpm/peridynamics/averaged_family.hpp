@@ -129,7 +129,7 @@ private:
     /// Keeps X, w^ V and Y of the bonds in the slots from `slot` to `end`. A loop of its own: the processor then fetches for
     /// many bonds at a time instead of waiting for the roots and divisions of a few.
     PERIMPM_INLINE void keep(std::uint32_t i, std::uint32_t slot, std::uint32_t end) {
-        const Real *positions = b_.family.position, *influence = influence_by_slot();
+        const Real *positions = b_.family.position, *influence = influences();
         const Real* position = positions + 4 * std::size_t{b_.first + i};
         Real* to = kept_;
         for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
@@ -171,7 +171,7 @@ private:
     template <class Body>
     PERIMPM_INLINE void for_each_kept(std::uint32_t i, Body body) const {
         const Real* exact = at_.own_is_exact ? b_.bond_constants[at_.own] : nullptr;
-        const Real* influence = influence_by_slot();
+        const Real* influence = influences();
         const bool whole = b_.family.row[i + 1] - b_.family.row[i] <= kKept * kLanes<Real>;
         const Real* from = kept_;
         for_each_bond(b_, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
@@ -184,7 +184,7 @@ private:
             body(bonds, X, exact ? P(live * bonds.constant(exact)) : X[3]);
         });
     }
-    const Real* influence_by_slot() const { return at_.influence < 0 ? nullptr : b_.bond_constants[at_.influence]; }
+    const Real* influences() const { return at_.influence < 0 ? nullptr : b_.bond_constants[at_.influence]; }
     Real scale(std::uint32_t i) const {
         return at_.own_is_exact ? Real(1) : b_.particle_state[AveragedState::normalisation][0][i] * b_.volume[i];
     }

@@ -4,7 +4,7 @@
 #include "perimpm/peridynamics/averaged_run.hpp"
 
 /*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
-    numbers are in plugins/constitutive/pd_elastic.cpp. Calls of their own, as average_families is. */
+    numbers are in plugins/constitutive/pd_elastic.cpp. Whole blocks are calls of their own, as in average_families. */
 namespace perimpm::peridynamics {
 
 template <class Real>
@@ -28,7 +28,7 @@ template <class Real>
 
 /// (6) and (7) as printed.
 template <class Real>
-void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
+[[gnu::noinline]] void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
     using P = Pack<Real>;
     const Real* records = b.family_state[AveragedState::mean_deformation].data;
     Real largest = 0;

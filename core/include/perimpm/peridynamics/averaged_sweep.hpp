@@ -3,8 +3,8 @@
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_run.hpp"
 
-/*! The first pass of the laws of Lyu et al. 2019: what neighbours need of each family (averaged_bonds.hpp). Equation numbers are
-    in plugins/constitutive/pd_elastic.cpp. */
+/*! The first pass of the laws of Lyu et al. 2019: what neighbours need of each family (averaged_bonds.hpp). Equation
+    numbers are in plugins/constitutive/pd_elastic.cpp. */
 namespace perimpm::peridynamics {
 
 /// A K, of one particle or of a run; K: xx xy xz yy yz zz.

@@ -5,9 +5,9 @@
 
 #include "perimpm/peridynamics/family.hpp"
 
-/*! Families several at a time. Inner particles of a lattice that follow each other in memory see the same bonds, and so do
-    their neighbours: with a family in each lane the same loop over bonds runs without gathering, transposing and summing over
-    lanes. Laws write it once, for `OneFamily` (lanes are bonds) and `FamilyRun` (lanes are particles). */
+/*! Families several at a time. Inner particles of a lattice that follow each other in memory see the same bonds, and so
+    do their neighbours: with a family in each lane the same loop over bonds runs without gathering, transposing and
+    summing over lanes. Laws write it once, for `OneFamily` (lanes are bonds) and `FamilyRun` (lanes are particles). */
 namespace perimpm::peridynamics {
 
 /// The bonds of the block's particle i, a pack of them at a time. What sums over them is spread over the lanes.
