@@ -58,7 +58,10 @@ def block_bound(limits: dict[str, float], transfer: str, order: int, precision: 
 
 
 def bond_bound(limits: dict[str, float], precision: str) -> dict[str, Any]:
-    """Nanoseconds per bond: a neighbour (4 bytes) and a reference length, or the load of the neighbour's position."""
+    """Nanoseconds per bond of a list: a neighbour (4 bytes) and a length, or the load of the neighbour's position.
+
+    Families of a lattice share both, so that less than this is possible.
+    """
     memory = (4 + (4 if precision == "float" else 8)) / limits["read_GBs"]
     return _larger(memory, limits[f"{precision}_quad_ns"], "neighbour load")
 

@@ -27,12 +27,12 @@ struct Families {
     const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
     const std::uint32_t* shape = nullptr;      ///< first constant of the block's particle i
     /// A particle that sees the same as the block's particle i: neighbours at the same distance in memory, with the same X
-    /// and V, bit by bit. Inner particles of a lattice have one twin, so that its row is in the cache.
+    /// and V, bit by bit. Inner particles of a lattice share few twins, whose rows are in the cache.
     const std::uint32_t* twin = nullptr;
     const Real* length = nullptr;  ///< constant: |X|, from `reference` in the same precision [m]
     /// How many particles from the block's particle i on, itself included, have one twin: the neighbours of the next are
-    /// the next of its neighbours. At most 255; null: unknown. Of a run, kSlotPadding particles past each neighbour may be
-    /// read.
+    /// the next of its neighbours. At most 255; null: unknown. Of a run, kSlotPadding particles from each neighbour on may
+    /// be read.
     const std::uint8_t* run = nullptr;
     Field<const Real> y;  ///< position of every particle again, by component
 
@@ -48,7 +48,8 @@ struct BondEnergy {
 };
 
 /// What a law sees: a run of particles of one material. Fields start at the block's first particle, except those of
-/// `family`, `bond_state` and `bond_constants`, which are indexed over the whole material. Plain data: it crosses library borders.
+/// `family`, `bond_state` and `bond_constants`, which are indexed over the whole material. Plain data: it crosses library
+/// borders.
 template <class Real>
 struct Block {
     std::uint32_t size = 0;
