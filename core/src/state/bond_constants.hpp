@@ -19,9 +19,9 @@ struct BondConstants {
     AlignedArray<Real> length;                 ///< |X| [m]
     std::vector<AlignedArray<Real>> declared;  ///< the law's, in the order of declaration
 
-    /// Lengths, and every declared number at its initial value; nothing is shared yet. `reference`: positions packed by four
-    /// in the precision that forces are computed in: a bond in its reference state then has no extension, not even by
-    /// rounding.
+    /// Lengths, and every declared number at its initial value; nothing is shared yet. `reference`: positions packed by
+    /// four in the precision that forces are computed in: a bond in its reference state then has no extension, not even
+    /// by rounding.
     BondConstants(const Bonds& bonds, const Real* reference, const FieldSpecs& declared);
     BondConstants() = default;
 

@@ -26,7 +26,8 @@ struct Bonds {
     bool is_broken(std::uint32_t slot) const { return broken[slot >> 6] >> (slot & 63) & 1; }
 };
 
-/// All pairs of the same body at distance <= horizon [m], to a billionth. `bodies`: first particle of each body, then the total.
+/// All pairs of the same body at distance <= horizon [m], to a billionth. `bodies`: first particle of each body, then the
+/// total.
 /// Throws InputError for two particles at one place; more than 2^32 - 1 bonds.
 Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, double horizon, bool can_break);
 
