@@ -11,7 +11,7 @@
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
-#include "perimpm/peridynamics/family_run.hpp"
+#include "perimpm/peridynamics/family_slice.hpp"
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 #include "perimpm/plugin/plugin.hpp"
@@ -72,6 +72,7 @@ public:
                    .stores_in_bonds = true,
                    .horizon = beta_.reach(),
                    .rounds = 2,
+                   .lanes = kLanes<Real>,
                    .particle_state = kParticleState,
                    .bond_constants = kBondConstants,
                    .moduli = {youngs_modulus_, springs_.poisson_ratio()},
@@ -96,13 +97,13 @@ public:
             family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 family.deformed(bonds, Y);
-                const P relative = live * relative_extension(Y, bonds.constant(b.family.length));
+                const P relative = live * relative_extension(Y, bonds.length());
                 const P pull = bonds.constant(b.bond_constants[kStiffness]) * relative;  // (1)
                 extension = larger(extension, relative);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
             });
             family.write(f, b.force);
-            largest = larger(largest, family.own(extension));
+            largest = larger(largest, extension);
         });
         b.largest_stretch = stretch_of(hmax(largest));
     }
@@ -120,7 +121,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-                const P extension = norm(Y) - bonds.constant(b.family.length);
+                const P extension = norm(Y) - bonds.length();
                 // a quarter: half the spring energy, half for each of the pair's two entries
                 total += 0.25 * static_cast<double>(reduce(live * bonds.constant(b.bond_constants[kStiffness]) *
                                                            extension * extension));
@@ -135,7 +136,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P extension = norm(Y) - bonds.constant(b.family.length);
+                const P extension = norm(Y) - bonds.length();
                 const P half =
                     P(Real(0.25)) * live * bonds.constant(b.bond_constants[kStiffness]) * extension * extension;
                 store_energy(b, bonds, half, half);

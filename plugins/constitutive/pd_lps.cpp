@@ -24,7 +24,7 @@
     continuum families of constant w, can be given as `yield_psi`. */
 #include "perimpm/math/elasticity.hpp"
 #include "perimpm/peridynamics/bond_flow.hpp"
-#include "perimpm/peridynamics/family_run.hpp"
+#include "perimpm/peridynamics/family_slice.hpp"
 #include "perimpm/peridynamics/influence.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
@@ -96,6 +96,7 @@ public:
                 .stores_in_bonds = true,
                 .horizon = influence_.reach(),
                 .rounds = 2,
+                .lanes = kLanes<Real>,
                 .particle_state = kept(particle_fields_),
                 .bond_state = kept(bond_fields_),
                 .bond_constants = kBondConstants,
@@ -116,7 +117,7 @@ public:
             family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 family.deformed(bonds, Y);
-                const P x = bonds.constant(b.family.length);
+                const P x = bonds.length();
                 const P moment = live * bonds.constant(b.bond_constants[kOwn]) * x;
                 expansion += moment * (norm(Y) - x);
                 whole += moment * x;
@@ -154,7 +155,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-                const P x = bonds.constant(b.family.length);
+                const P x = bonds.length();
                 P deviatoric = norm(Y) - x - P(static_cast<Real>(theta / d_)) * x;
                 if (flow_.active()) deviatoric -= x * bonds.load(b.bond_state[flow_fields_.strain]);
                 shape += static_cast<double>(
@@ -179,7 +180,7 @@ private:
                 P other[4], Y[3];
                 bonds.template gather_packed<4>(b.family_state[kRecord].data, other);
                 for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - record[1 + c];
-                const P x = bonds.constant(b.family.length), both = bonds.constant(b.bond_constants[kStiffness]),
+                const P x = bonds.length(), both = bonds.constant(b.bond_constants[kStiffness]),
                         own = bonds.constant(b.bond_constants[kOwn]), e = norm(Y) - x;
                 P here = (e + x * record[0]) * e, there = (e + x * other[0]) * e;
                 if constexpr (Yields) {
@@ -207,7 +208,7 @@ private:
                 P other[4], Y[3];
                 neighbour(b, bonds, other);
                 for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - own_y[c];
-                const P x = bonds.constant(b.family.length), both = bonds.constant(b.bond_constants[kStiffness]),
+                const P x = bonds.length(), both = bonds.constant(b.bond_constants[kStiffness]),
                         own = bonds.constant(b.bond_constants[kOwn]);
                 const P y = norm(Y), inverse = inverse_length(y);
                 const P e = y - x;
@@ -220,7 +221,7 @@ private:
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
             });
             family.write(f, b.force);
-            largest = larger(largest, family.own(extension));
+            largest = larger(largest, extension);
         };
         if constexpr (Yields)
             for (std::uint32_t i = 0; i < b.size; ++i) force(OneFamily<Real>(b, i));
@@ -232,8 +233,7 @@ private:
     PERIMPM_INLINE static void neighbour(const Block<Real>& b, const BondPack<Real>& bonds, P other[4]) {
         bonds.template gather_packed<4>(b.family_state[kRecord].data, other);
     }
-    template <class Shapes>
-    PERIMPM_INLINE static void neighbour(const Block<Real>& b, const RunPack<Real, Shapes>& bonds, P other[4]) {
+    PERIMPM_INLINE static void neighbour(const Block<Real>& b, const SlicePack<Real>& bonds, P other[4]) {
         other[0] = bonds.gather(b.family_state[kPressure][0]);
         for (std::size_t c = 0; c < 3; ++c) other[1 + c] = bonds.gather(b.family.y[c]);
     }

@@ -46,7 +46,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P longest = limit_ * bonds.constant(b.family.length);
+                const P longest = limit_ * bonds.length();
                 const auto over =
                     live > P(0) && Y[0] * Y[0] + Y[1] * Y[1] + Y[2] * Y[2] > longest * longest;  // (1), squared
                 if (any_of(over))

@@ -51,7 +51,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 const P own(b.stored.own + (bonds.slot - first), std::experimental::element_aligned);
                 const P other(b.stored.other + (bonds.slot - first), std::experimental::element_aligned);
-                const P volume = bonds.gather(b.family.volume) * share(bonds.constant(b.family.length));
+                const P volume = bonds.gather(b.family.volume) * share(bonds.length());
                 const auto over = live > P(0) && own + other > limit * volume;  // (1)
                 if (any_of(over))
                     for (std::uint32_t lane = 0; lane < bonds.size; ++lane)

@@ -93,7 +93,7 @@ public:
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, own, Y);
-                const P X = bonds.constant(b.family.length);
+                const P X = bonds.length();
                 const P limit = by_length_ ? threshold * X * X : threshold * X;
                 const auto over = live > P(0) && norm(Y) - X > limit;
                 if (any_of(over))

@@ -47,7 +47,7 @@ public:
         for (std::size_t p = 0; p < size() && needs_.deformation_gradient; ++p) set_F(p, Mat3::Identity());
         perimpm::Block<Real> all = block();
         for (std::uint32_t round = 0; round < needs_.rounds; ++round) law_.initialise(all, round);
-        if (needs_.bonds) constants_.share(bonds_, reference_.data());
+        if (needs_.bonds) constants_.share(bonds_, reference_.data(), needs_.lanes);
     }
 
     std::size_t size() const { return X_.size(); }
@@ -93,9 +93,8 @@ public:
         b.family.reference = reference_.data();
         b.family.volume = volume_.data();
         b.family.shape = constants_.shape.data() + first;
-        b.family.twin = constants_.twin.data() + first;
         b.family.length = constants_.length.data();
-        if (finds_runs && !constants_.run.empty()) b.family.run = constants_.run.data() + first;
+        if (in_slices) b.family.slices = constants_.slices.view();
         b.family.y = x_.view();
         for (std::size_t k = 0; k < constants_.declared.size(); ++k)
             b.bond_constants[k] = constants_.declared[k].data();
@@ -109,9 +108,12 @@ public:
         law_.renew(all);
     }
     Real largest_stretch = 0;  ///< of the last `evaluate`
-    bool finds_runs = true;    ///< whether laws hear of runs of families
-    int longest_run() const {
-        return *std::max_element(constants_.run.data(), constants_.run.data() + constants_.run.size());
+    bool in_slices = true;     ///< whether laws see slices of families
+    /// Slices that laws may take together, and all of them.
+    std::array<std::ptrdiff_t, 2> slices() const {
+        const auto& all = constants_.slices.slice;
+        const auto may = [](const perimpm::Slice& slice) { return slice.size > 0; };
+        return {std::count_if(all.data(), all.data() + all.size(), may), static_cast<std::ptrdiff_t>(all.size())};
     }
     /// Stress or force of all particles, in blocks of at most `chunk` particles.
     void evaluate(std::size_t chunk = ~std::size_t{0}) {

@@ -7,15 +7,12 @@ namespace perimpm {
 
 /// Components of n n n n, each once, scaled so that the inner product of two is (n . m)^4.
 inline Eigen::Matrix<double, 15, 1> fourth_moment(const Eigen::Vector3d& n) {
+    const double x = n[0], y = n[1], z = n[2], xx = x * x, yy = y * y, zz = z * z;
+    const double two = 2, six = std::sqrt(6.0), twelve = std::sqrt(12.0);  // roots of the multiplicities 4, 6, 12
     Eigen::Matrix<double, 15, 1> m;
-    constexpr double factorial[5] = {1, 1, 2, 6, 24};
-    int at = 0;
-    for (int i = 4; i >= 0; --i)
-        for (int j = 4 - i; j >= 0; --j) {
-            const int k = 4 - i - j;
-            m[at++] = std::sqrt(24 / (factorial[i] * factorial[j] * factorial[k])) * std::pow(n[0], i) *
-                      std::pow(n[1], j) * std::pow(n[2], k);
-        }
+    m << xx * xx, two * xx * x * y, two * xx * x * z, six * xx * yy, twelve * xx * y * z, six * xx * zz,
+        two * x * yy * y, twelve * x * yy * z, twelve * x * y * zz, two * x * zz * z, yy * yy, two * yy * y * z,
+        six * yy * zz, two * y * zz * z, zz * zz;
     return m;
 }
 

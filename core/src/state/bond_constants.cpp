@@ -1,119 +1,140 @@
 #include "state/bond_constants.hpp"
 
-#include <algorithm>
-#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 
-#include "perimpm/model/block.hpp"
 #include "perimpm/peridynamics/family.hpp"
 
 namespace perimpm {
 
 namespace {
 
-/// The constants of one family, in all arrays.
-template <class Real>
-struct Constants {
-    const std::vector<AlignedArray<Real>*>* arrays;
-    std::uint32_t first, size;
+/// Rows of plain data, those of the same bits kept once.
+template <class T>
+class Rows {
+public:
+    struct Row {
+        std::size_t first, size;
+    };
+    std::vector<T> items;
+    std::vector<Row> rows;
 
-    std::string_view bits(std::size_t array) const {
-        return {reinterpret_cast<const char*>((*arrays)[array]->data() + first), size * sizeof(Real)};
-    }
-    friend bool operator==(const Constants& a, const Constants& b) {
-        for (std::size_t k = 0; k < a.arrays->size(); ++k)
-            if (a.bits(k) != b.bits(k)) return false;
-        return true;
-    }
-};
-template <class Real>
-struct ConstantsHash {
-    std::size_t operator()(const Constants<Real>& constants) const {
-        std::size_t hash = 0;
-        for (std::size_t k = 0; k < constants.arrays->size(); ++k)
-            hash = hash * 0x9e3779b97f4a7c15u + std::hash<std::string_view>()(constants.bits(k));
-        return hash;
-    }
-};
-
-/// The neighbours of a particle as seen from it.
-template <class Real>
-struct Surroundings {
-    const Bonds* bonds;
-    const Real* reference;
-    std::uint32_t particle;
-
-    std::uint32_t size() const { return bonds->row[particle + 1] - bonds->row[particle]; }
-    /// Index, counted from the particle's. Beyond the row's end: what the next rows hold.
-    std::uint32_t offset(std::uint32_t k) const { return bonds->neighbour[bonds->row[particle] + k] - particle; }
-    /// X and V.
-    std::array<Real, 4> neighbour(std::uint32_t k) const {
-        const Real* own = reference + 4 * std::size_t{particle};
-        const Real* other = reference + 4 * std::size_t{particle + offset(k)};
-        return {other[0] - own[0], other[1] - own[1], other[2] - own[2], other[3]};
-    }
-    friend bool operator==(const Surroundings& a, const Surroundings& b) {
-        if (a.size() != b.size()) return false;
-        for (std::uint32_t k = 0; k < a.size(); ++k)
-            if (a.offset(k) != b.offset(k) || a.neighbour(k) != b.neighbour(k)) return false;
-        return true;
-    }
-};
-template <class Real>
-struct SurroundingsHash {
-    std::size_t operator()(const Surroundings<Real>& around) const {
-        std::size_t hash = around.size();
-        const auto mix = [&](std::size_t bits) { hash = (hash ^ bits) * 0x9e3779b97f4a7c15u; };
-        for (std::uint32_t k = 0; k < around.size(); ++k) {
-            mix(around.offset(k));
-            for (const Real number : around.neighbour(k)) mix(std::hash<Real>()(number));
+    /// Index of the row's first item.
+    std::size_t keep(std::span<const T> row) {
+        const std::size_t hash = std::hash<std::string_view>()(bits(row));
+        for (auto [known, end] = known_.equal_range(hash); known != end; ++known) {
+            const Row& other = rows[known->second];
+            if (bits(row) == bits({items.data() + other.first, other.size})) return other.first;
         }
-        return hash ^ hash >> 32;
+        known_.emplace(hash, rows.size());
+        rows.push_back({items.size(), row.size()});
+        items.insert(items.end(), row.begin(), row.end());
+        return rows.back().first;
     }
+
+private:
+    static std::string_view bits(std::span<const T> row) {
+        return {reinterpret_cast<const char*>(row.data()), row.size_bytes()};
+    }
+
+    std::unordered_multimap<std::size_t, std::size_t> known_;
 };
 
-/// Whether all that a pack of bonds reads past the end of the twin's row, shifted to particle p, are particles.
+/// Rows whose items are numbers of one array after those of another, apart: array k of all rows, after what `arrays` hold.
 template <class Real>
-bool may_read_past(const Bonds& bonds, const Surroundings<Real>& twin, std::uint32_t p) {
-    const std::uint64_t size = bonds.row.size() - 1;
-    for (std::uint32_t k = twin.size(); k < twin.size() + kSlotPadding; ++k)
-        if (std::uint32_t{p + twin.offset(k)} >= size) return false;
-    return true;
+void append(const Rows<Real>& rows, const std::vector<AlignedArray<Real>*>& arrays) {
+    for (std::size_t k = 0; k < arrays.size(); ++k) {
+        AlignedArray<Real>& before = *arrays[k];
+        AlignedArray<Real> whole(before.size() + rows.items.size() / arrays.size(), kSlotPadding);
+        Real* to = std::copy_n(before.data(), before.size(), whole.data());
+        for (const auto& row : rows.rows) {
+            const std::size_t size = row.size / arrays.size();
+            to = std::copy_n(rows.items.data() + row.first + k * size, size, to);
+        }
+        before = std::move(whole);
+    }
 }
 
+/// A neighbour as seen from a particle; no holes between the numbers, since their bits are compared.
 template <class Real>
-AlignedArray<std::uint32_t> twins(const Bonds& bonds, const Real* reference) {
-    const auto size = static_cast<std::uint32_t>(bonds.row.size() - 1);
-    AlignedArray<std::uint32_t> twin(size);
-    std::unordered_map<Surroundings<Real>, std::uint32_t, SurroundingsHash<Real>> known;
-    for (std::uint32_t p = 0; p < size; ++p) {
-        const auto [found, is_new] = known.try_emplace(Surroundings<Real>{&bonds, reference, p}, p);
-        twin[p] = may_read_past(bonds, found->first, p) ? found->second : p;
-    }
-    return twin;
-}
+struct Entry {
+    std::int64_t offset;  ///< in memory
+    Real X[3], V;
+};
 
-AlignedArray<std::uint8_t> runs(const Bonds& bonds, const AlignedArray<std::uint32_t>& twin) {
-    const std::size_t size = twin.size();
-    AlignedArray<std::uint8_t> run(size);
-    for (std::size_t p = size; p-- > 0;) {
-        run[p] = 1;
-        if (p + 1 == size || bonds.row[p] == bonds.row[p + 1]) continue;
-        const std::size_t last = std::max<std::size_t>(p, bonds.neighbour[bonds.row[p + 1] - 1]);
-        if (last + kSlotPadding <= size && twin[p] == twin[p + 1])
-            run[p] = static_cast<std::uint8_t>(std::min(255, run[p + 1] + 1));
+/// Families of particles in a row, merged.
+template <class Real>
+struct MergedFamilies {
+    static constexpr std::uint32_t kNone = ~0u;
+    std::vector<Entry<Real>> entries;
+    std::vector<std::uint32_t> masks, bond;  ///< bond: place in its family, by entry and lane; kNone
+    bool is_whole = true;
+
+    /// Of `lanes` families from that of `first` on; false, and then worthless, when more than `most` entries are found or
+    /// one whose neighbours are no particles for all lanes.
+    bool merge(const Bonds& bonds, const Real* reference, std::uint32_t first, std::uint32_t lanes, std::size_t most) {
+        entries.clear(), masks.clear(), bond.clear();
+        is_whole = true;
+        std::copy_n(bonds.row.data() + first, lanes, next_);
+        const std::int64_t last = static_cast<std::int64_t>(bonds.row.size()) - 1 - lanes - first;
+        for (;;) {
+            std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
+            for (std::uint32_t lane = 0; lane < lanes; ++lane)
+                if (next_[lane] < bonds.row[first + lane + 1]) nearest = std::min(nearest, offset(bonds, first, lane));
+            if (nearest == std::numeric_limits<std::int64_t>::max()) return !entries.empty();
+            if (entries.size() == most || nearest < -std::int64_t{first} || nearest > last) return false;
+            Entry<Real> entry{};
+            std::uint32_t mask = 0;
+            for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+                bond.push_back(kNone);
+                if (next_[lane] == bonds.row[first + lane + 1] || offset(bonds, first, lane) != nearest) continue;
+                const Entry<Real> own = seen(reference, first + lane, nearest);
+                if (mask == 0) entry = own;
+                if (std::memcmp(&own, &entry, sizeof own) != 0) continue;
+                mask |= 1u << lane;
+                bond.back() = next_[lane]++ - bonds.row[first + lane];
+            }
+            entries.push_back(entry), masks.push_back(mask);
+            is_whole = is_whole && std::popcount(mask) == static_cast<int>(lanes);
+        }
     }
-    return run;
+
+private:
+    std::int64_t offset(const Bonds& bonds, std::uint32_t first, std::uint32_t lane) const {
+        return std::int64_t{bonds.neighbour[next_[lane]]} - (first + lane);
+    }
+    static Entry<Real> seen(const Real* reference, std::uint32_t particle, std::int64_t offset) {
+        const Real* own = reference + 4 * std::size_t{particle};
+        const Real* other = own + 4 * offset;
+        return {offset, {other[0] - own[0], other[1] - own[1], other[2] - own[2]}, other[3]};
+    }
+
+    std::uint32_t next_[32];  ///< by lane: slot of the bond that comes next
+};
+
+template <class T>
+AlignedArray<T> aligned(const std::vector<T>& items) {
+    AlignedArray<T> array(items.size());
+    std::copy_n(items.data(), items.size(), array.data());
+    return array;
 }
 
 }  // namespace
 
 template <class Real>
+Slices<Real> BondSlices<Real>::view() const {
+    return {slice.data(), offset.data(), bond.data(), length.data(), mask.data()};
+}
+
+template <class Real>
 BondConstants<Real>::BondConstants(const Bonds& bonds, const Real* reference, const FieldSpecs& specs)
-    : shape(bonds.row.size() - 1), twin(bonds.row.size() - 1), length(bonds.size(), kSlotPadding) {
+    : shape(bonds.row.size() - 1), length(bonds.size(), kSlotPadding) {
     for (std::size_t p = 0; p < shape.size(); ++p) {
-        shape[p] = bonds.row[p], twin[p] = static_cast<std::uint32_t>(p);
+        shape[p] = bonds.row[p];
         for (std::uint32_t slot = bonds.row[p]; slot < bonds.row[p + 1]; ++slot) {
             const Real* own = reference + 4 * p;
             const Real* other = reference + 4 * std::size_t{bonds.neighbour[slot]};
@@ -128,29 +149,69 @@ BondConstants<Real>::BondConstants(const Bonds& bonds, const Real* reference, co
 }
 
 template <class Real>
-void BondConstants<Real>::share(const Bonds& bonds, const Real* reference) {
+void BondConstants<Real>::share(const Bonds& bonds, const Real* reference, std::uint32_t lanes) {
     std::vector<AlignedArray<Real>*> arrays{&length};
     for (AlignedArray<Real>& numbers : declared) arrays.push_back(&numbers);
-    std::unordered_map<Constants<Real>, std::uint32_t, ConstantsHash<Real>> known;  // where they go
-    std::vector<Constants<Real>> kept;
-    std::uint32_t end = 0;
+    Rows<Real> families;
+    std::vector<Real> row;
     for (std::size_t p = 0; p < shape.size(); ++p) {
-        const Constants<Real> own{&arrays, shape[p], bonds.row[p + 1] - bonds.row[p]};
-        const auto [found, is_new] = known.try_emplace(own, end);
-        shape[p] = found->second;
-        if (is_new) kept.push_back(own), end += own.size;
+        row.clear();
+        for (const AlignedArray<Real>* numbers : arrays)
+            row.insert(row.end(), numbers->data() + bonds.row[p], numbers->data() + bonds.row[p + 1]);
+        shape[p] = static_cast<std::uint32_t>(families.keep(row) / arrays.size());
     }
-    for (AlignedArray<Real>* numbers : arrays) {
-        AlignedArray<Real> shared(end, kSlotPadding);
-        Real* to = shared.data();
-        for (const Constants<Real>& own : kept) to = std::copy_n(numbers->data() + own.first, own.size, to);
-        *numbers = std::move(shared);
+    for (AlignedArray<Real>* numbers : arrays) *numbers = {};
+    append(families, arrays);
+    if (lanes > 0) make_slices(bonds, reference, lanes);
+}
+
+template <class Real>
+void BondConstants<Real>::make_slices(const Bonds& bonds, const Real* reference, std::uint32_t lanes) {
+    // families are faster one by one when there are more entries than that for the packs of bonds in them, or when most
+    // entries are bonds of one family only
+    const std::size_t worthwhile = std::min(4u, lanes / 2);
+    const auto size = static_cast<std::uint32_t>(shape.size());
+    slices.slice = AlignedArray<Slice>((size + lanes - 1) / lanes);
+    std::vector<AlignedArray<Real>*> arrays;
+    for (AlignedArray<Real>& numbers : declared) arrays.push_back(&numbers);
+    const std::size_t before = declared.empty() ? 0 : declared.front().size();
+    Rows<Entry<Real>> entries;
+    Rows<std::uint32_t> masks;
+    Rows<Real> constants;
+    std::vector<Real> numbers;
+    MergedFamilies<Real> merged;
+    for (std::uint32_t first = 0; first + lanes <= size; first += lanes) {
+        const std::size_t count = bonds.row[first + lanes] - bonds.row[first];
+        if (!merged.merge(bonds, reference, first, lanes, worthwhile * count / lanes)) continue;
+        numbers.clear();
+        for (const AlignedArray<Real>* array : arrays)
+            for (std::size_t k = 0; k < merged.bond.size(); ++k) {
+                const std::uint32_t bond = merged.bond[k];
+                numbers.push_back(bond == merged.kNone ? Real(0) : (*array)[shape[first + k % lanes] + bond]);
+            }
+        Slice& slice = slices.slice[first / lanes];
+        slice.first = static_cast<std::uint32_t>(entries.keep(merged.entries));
+        slice.size = static_cast<std::uint32_t>(merged.entries.size());
+        slice.masks = merged.is_whole ? Slice::kWhole : static_cast<std::uint32_t>(masks.keep(merged.masks));
+        if (!arrays.empty()) slice.constants = before + constants.keep(numbers) / arrays.size();
     }
-    twin = twins(bonds, reference);
-    run = runs(bonds, twin);
+    append(constants, arrays);
+    slices.mask = aligned(masks.items);
+    const std::size_t kept = entries.items.size();
+    slices.offset = AlignedArray<std::int32_t>(kept);
+    slices.length = AlignedArray<Real>(kept), slices.bond = AlignedArray<Real>(4 * kept);
+    for (std::size_t k = 0; k < kept; ++k) {
+        const Entry<Real>& entry = entries.items[k];
+        slices.offset[k] = static_cast<std::int32_t>(entry.offset);
+        slices.length[k] = peridynamics::norm(entry.X);
+        std::copy_n(entry.X, 3, slices.bond.data() + 4 * k);
+        slices.bond[4 * k + 3] = entry.V;
+    }
 }
 
 template struct BondConstants<float>;
 template struct BondConstants<double>;
+template struct BondSlices<float>;
+template struct BondSlices<double>;
 
 }  // namespace perimpm

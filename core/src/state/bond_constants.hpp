@@ -3,21 +3,32 @@
 #include <cstdint>
 #include <vector>
 
-#include "perimpm/model/field.hpp"
+#include "perimpm/model/block.hpp"
 #include "state/array.hpp"
 #include "state/bonds.hpp"
 
 namespace perimpm {
+
+/// Families of neighbouring particles side by side: Slices and what they show.
+template <class Real>
+struct BondSlices {
+    AlignedArray<Slice> slice;  ///< by particle over lanes
+    AlignedArray<std::int32_t> offset;
+    AlignedArray<Real> bond, length;
+    AlignedArray<std::uint32_t> mask;
+
+    Slices<Real> view() const;
+    std::size_t bytes() const { return slice.bytes() + offset.bytes() + bond.bytes() + length.bytes() + mask.bytes(); }
+};
 
 /// Numbers of bonds that never change. Families that have the same share them, as the inner families of a lattice
 /// do: then they take no memory and no bandwidth.
 template <class Real>
 struct BondConstants {
     AlignedArray<std::uint32_t> shape;         ///< by particle: index of its first bond's numbers
-    AlignedArray<std::uint32_t> twin;          ///< by particle: Families::twin
-    AlignedArray<std::uint8_t> run;            ///< by particle: Families::run; empty before `share`
     AlignedArray<Real> length;                 ///< |X| [m]
-    std::vector<AlignedArray<Real>> declared;  ///< the law's, in the order of declaration
+    std::vector<AlignedArray<Real>> declared;  ///< the law's, in the order of declaration; those of slices last
+    BondSlices<Real> slices;
 
     /// Lengths, and every declared number at its initial value; nothing is shared yet. `reference`: positions packed by
     /// four in the precision that forces are computed in: a bond in its reference state then has no extension, not even
@@ -25,8 +36,11 @@ struct BondConstants {
     BondConstants(const Bonds& bonds, const Real* reference, const FieldSpecs& declared);
     BondConstants() = default;
 
-    /// Once the law has set its numbers.
-    void share(const Bonds& bonds, const Real* reference);
+    /// Once the law has set its numbers. `lanes`: families of a slice; 0: no slices.
+    void share(const Bonds& bonds, const Real* reference, std::uint32_t lanes);
+
+private:
+    void make_slices(const Bonds& bonds, const Real* reference, std::uint32_t lanes);
 };
 
 extern template struct BondConstants<float>;

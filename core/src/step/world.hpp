@@ -217,9 +217,8 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.family.reference = m.reference.data();
         b.family.volume = w.volume.data() + m.begin;
         b.family.shape = m.constants.shape.data() + first;
-        b.family.twin = m.constants.twin.data() + first;
         b.family.length = m.constants.length.data();
-        if (!m.constants.run.empty()) b.family.run = m.constants.run.data() + first;
+        b.family.slices = m.constants.slices.view();
         b.family.y = w.x.view().from(m.begin);
     }
     return b;

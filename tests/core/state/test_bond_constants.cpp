@@ -36,12 +36,11 @@ TEST_CASE("bond constants: lengths and initial values, each family its own at fi
     CHECK(body.constants.length.size() == body.bonds.size());
     for (std::size_t p = 0; p < body.constants.shape.size(); ++p) {
         CHECK(body.constants.shape[p] == body.bonds.row[p]);
-        CHECK(body.constants.twin[p] == p);
         for (const double X : body.numbers(body.constants.length, p))
             CHECK((X == 1 / 64.0 || X == std::sqrt(2.0) / 64 || X == std::sqrt(3.0) / 64));
     }
     CHECK(body.constants.declared[1][7] == 3.0);
-    CHECK(body.constants.run.empty());
+    CHECK(body.constants.slices.view().slice == nullptr);
 }
 
 TEST_CASE("bond constants: families share what is the same, and keep what is not", "[state]") {
@@ -54,7 +53,8 @@ TEST_CASE("bond constants: families share what is the same, and keep what is not
     };
     for (int k = 0; k < 3; ++k)
         for (std::size_t p = 0; p < size; ++p) before[k].push_back(body.numbers(all(k), p));
-    body.constants.share(body.bonds, body.reference.data());
+    body.constants.share(body.bonds, body.reference.data(), 0);
+    CHECK(body.constants.slices.view().slice == nullptr);
     for (int k = 0; k < 3; ++k)
         for (std::size_t p = 0; p < size; ++p) CHECK(body.numbers(all(k), p) == before[k][p]);
     // 27 places in a box: inside, on faces, edges and corners, some with the same lengths in the same order; and the odd one
@@ -65,65 +65,85 @@ TEST_CASE("bond constants: families share what is the same, and keep what is not
     CHECK(body.constants.shape[odd - 1] == body.constants.shape[odd + 1]);
 }
 
-TEST_CASE("bond constants: a twin sees the same neighbours, shifted; rows of inner particles are runs", "[state]") {
-    Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
-    body.constants.share(body.bonds, body.reference.data());
-    const std::size_t size = body.constants.shape.size();
-    for (std::size_t p = 0; p < size; ++p) {
-        const std::size_t twin = body.constants.twin[p];
-        REQUIRE(body.count(twin) == body.count(p));
-        for (std::uint32_t k = 0; k < body.count(p); ++k) {
-            const std::uint32_t q = body.bonds.neighbour[body.bonds.row[p] + k],
-                                r = body.bonds.neighbour[body.bonds.row[twin] + k];
-            REQUIRE(q - p == r - twin);
-            for (std::size_t c = 0; c < 3; ++c)
-                REQUIRE(body.reference[4 * q + c] - body.reference[4 * p + c] ==
-                        body.reference[4 * r + c] - body.reference[4 * twin + c]);
+TEST_CASE("bond constants: a slice shows the bonds of its families, each in a lane, and no others", "[state]") {
+    const std::uint32_t lanes = GENERATE(2u, 4u, 8u, 16u);
+    const bool is_box = GENERATE(true, false);
+    std::vector<Vec3> X = rows_of_particles(7, 40, 1 / 64.0);
+    if (!is_box)  // rows begin and end anywhere, and are shorter than a family now and then
+        std::erase_if(
+            X, [](const Vec3& x) { return (64 * x - Vec3(3, 3, 20)).cwiseQuotient(Vec3(3.2, 3.2, 19)).norm() > 1; });
+    Body body(X, 2.01 / 64);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> number(1, 2);
+    for (AlignedArray<double>& numbers : body.constants.declared)
+        for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = number(random);
+    body.constants.share(body.bonds, body.reference.data(), lanes);
+    const auto size = static_cast<std::int64_t>(X.size());
+    const Slices<double> all = body.constants.slices.view();
+    std::uint32_t together = 0;
+    for (std::uint32_t first = 0; first + lanes <= X.size(); first += lanes) {
+        const Slice& slice = all.slice[first / lanes];
+        together += slice.size > 0 ? lanes : 0;
+        std::vector<std::uint32_t> found(lanes);
+        for (std::uint32_t k = 0; k < slice.size; ++k) {
+            const std::uint32_t entry = slice.first + k;
+            const std::int64_t nearest = first + std::int64_t{all.offset[entry]};
+            REQUIRE((nearest >= 0 && nearest + lanes <= size));
+            for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+                const std::uint32_t p = first + lane, bond = found[lane];
+                const bool has = slice.masks == Slice::kWhole || (all.mask[slice.masks + k] >> lane & 1) != 0;
+                found[lane] += has;
+                for (std::size_t c = 0; c < 2; ++c) {
+                    const AlignedArray<double>& declared = body.constants.declared[c];
+                    const double shown = declared[slice.constants + lanes * std::size_t{k} + lane];
+                    REQUIRE(shown == (has ? declared[body.constants.shape[p] + bond] : 0.0));
+                }
+                if (!has) continue;
+                REQUIRE(bond < body.count(p));
+                const std::uint32_t q = body.bonds.neighbour[body.bonds.row[p] + bond];
+                REQUIRE(std::int64_t{q} == nearest + lane);
+                for (std::size_t c = 0; c < 3; ++c)
+                    REQUIRE(all.bond[4 * entry + c] == body.reference[4 * q + c] - body.reference[4 * p + c]);
+                REQUIRE(all.bond[4 * entry + 3] == 1.0);
+                REQUIRE(all.length[entry] == body.constants.length[body.constants.shape[p] + bond]);
+            }
         }
-        const std::size_t along = p % 40;
-        if (p + 200 < size) CHECK(body.constants.run[p] == (along == 0 || along == 39 ? 1 : 39 - along));
+        for (std::uint32_t lane = 0; lane < lanes && slice.size > 0; ++lane)
+            REQUIRE(found[lane] == body.count(first + lane));
     }
-    CHECK(body.constants.run[size - 1] == 1);
+    CHECK(together >= (is_box ? X.size() * 9 / 10 : X.size() / 2));
 }
 
-TEST_CASE("bond constants: a neighbour of another volume makes other surroundings", "[state]") {
+TEST_CASE("bond constants: slices of a lattice keep the same entries once", "[state]") {
+    Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
+    body.constants.share(body.bonds, body.reference.data(), 8);
+    const Slices<double> all = body.constants.slices.view();
+    CHECK(all.slice[(3 * 7 + 3) * 5 + 2].masks == Slice::kWhole);
+    CHECK(all.slice[(3 * 7 + 3) * 5].masks != Slice::kWhole);
+    CHECK(all.slice[(3 * 7 + 3) * 5].first == all.slice[(2 * 7 + 4) * 5 + 3].first);
+    CHECK(body.constants.slices.length.size() <= 9 * 26);  // inner rows, and those on faces and edges
+}
+
+TEST_CASE("bond constants: a neighbour of another volume makes another entry", "[state]") {
     Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
     const std::size_t heavy = (3 * 7 + 3) * 40 + 20;
     body.reference[4 * heavy + 3] = 2;
-    body.constants.share(body.bonds, body.reference.data());
-    CHECK(body.constants.twin[heavy - 1] == heavy - 1);
-    CHECK(body.constants.twin[heavy - 2] == body.constants.twin[heavy + 2]);
-    CHECK(body.constants.run[heavy - 3] == 2);
+    body.constants.share(body.bonds, body.reference.data(), 8);
+    const Slice *around = body.constants.slices.slice.data() + heavy / 8, *elsewhere = around - 1;
+    CHECK(elsewhere->size == 26);
+    CHECK(around->size == 28);  // the neighbours before and after see it, and others at the same distance
 }
 
-TEST_CASE("bond constants: what a pack reads past the end of a twin's row are particles", "[state]") {
-    Body body(rows_of_particles(5, 9, 1 / 64.0), 2.01 / 64);
-    body.constants.share(body.bonds, body.reference.data());
-    const auto size = static_cast<std::int64_t>(body.constants.shape.size());
-    for (std::int64_t p = 0; p < size; ++p) {
-        const auto twin = static_cast<std::int64_t>(body.constants.twin[static_cast<std::size_t>(p)]);
-        const std::uint32_t begin = body.bonds.row[static_cast<std::size_t>(twin)];
-        for (std::uint32_t slot = begin; slot < begin + body.count(static_cast<std::size_t>(p)) + kSlotPadding;
-             ++slot) {
-            const std::int64_t q = p + (static_cast<std::int64_t>(body.bonds.neighbour[slot]) - twin);
-            REQUIRE((q >= 0 && q < size));
-        }
-        if (body.constants.run[static_cast<std::size_t>(p)] > 1)
-            CHECK(body.bonds.neighbour[body.bonds.row[static_cast<std::size_t>(p) + 1] - 1] + kSlotPadding <= size);
-    }
-}
-
-TEST_CASE("bond constants: particles off a lattice share nothing and are no runs", "[state]") {
+TEST_CASE("bond constants: particles off a lattice share nothing and fill no slices", "[state]") {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> shift(-1e-3, 1e-3);
     std::vector<Vec3> X = rows_of_particles(5, 20, 1 / 64.0);
     for (Vec3& x : X) x += Vec3(shift(random), shift(random), shift(random));
     Body body(X, 1.6 / 64);
     const std::size_t bonds = body.bonds.size();
-    body.constants.share(body.bonds, body.reference.data());
+    body.constants.share(body.bonds, body.reference.data(), 4);
     CHECK(body.constants.length.size() == bonds);
-    for (std::size_t p = 0; p < X.size(); ++p) {
-        CHECK(body.constants.twin[p] == p);
-        CHECK(body.constants.run[p] == 1);
-    }
+    CHECK(body.constants.declared[0].size() == bonds);
+    const AlignedArray<Slice>& slices = body.constants.slices.slice;
+    for (std::size_t k = 0; k < slices.size(); ++k) CHECK(slices[k].size == 0);
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <experimental/simd>
+#include <type_traits>
 
 /// For the small functions of inner loops: a call there costs more than the function, and compilers do not always see it.
 #define PERIMPM_INLINE [[gnu::always_inline]] inline
@@ -45,6 +46,18 @@ template <class Real>
 PERIMPM_INLINE typename Pack<Real>::mask_type first_lanes(std::size_t count) {
     const Pack<Real> lane([](auto i) { return static_cast<Real>(i); });
     return lane < static_cast<Real>(count);
+}
+
+/// 1 in the lanes whose bits are set, the first lane's lowest, else 0.
+template <class Real>
+PERIMPM_INLINE Pack<Real> ones_at(std::uint32_t bits) {
+    using Bits = std::conditional_t<sizeof(Real) == sizeof(std::uint32_t), std::uint32_t, std::uint64_t>;
+    typedef Bits Lanes __attribute__((vector_size(sizeof(Pack<Real>))));
+    Lanes bit;
+    for (std::size_t lane = 0; lane < kLanes<Real>; ++lane) bit[lane] = Bits(1) << lane;
+    const auto one = __builtin_bit_cast(Lanes, Pack<Real>(1));
+    const Lanes set = (Lanes{} + Bits(bits)) & bit;
+    return __builtin_bit_cast(Pack<Real>, (Lanes)(set == bit) & one);
 }
 
 /// Loads `count` (at most a pack) consecutive numbers; missing lanes hold `rest` and their memory is not touched.

@@ -10,6 +10,27 @@ inline constexpr std::uint32_t kMaxStateFields = 8;
 inline constexpr std::uint32_t kMaxVaryingParams = 8;
 inline constexpr std::uint32_t kSlotPadding = 16;
 
+/// As many families side by side as a register has lanes (the SELL-C format of Kreutzer et al. 2014,
+/// doi:10.1137/130930352). An entry is a bond that some of them have: neighbours at one distance in memory, with the same X
+/// and V, bit by bit. Families without it have constants 0 there.
+struct Slice {
+    static constexpr std::uint32_t kWhole = ~0u;
+    std::uint32_t first = 0;      ///< its first entry
+    std::uint32_t size = 0;       ///< entries; 0: families go one by one
+    std::uint32_t masks = 0;      ///< its first mask, or kWhole: every family has every bond
+    std::uint64_t constants = 0;  ///< its first constant: that of lane l and entry k is lanes k + l further
+};
+
+/// Slices of one material, entries and masks that are the same kept once.
+template <class Real>
+struct Slices {
+    const Slice* slice = nullptr;          ///< by particle over lanes, of the whole material; null: none
+    const std::int32_t* offset = nullptr;  ///< by entry: from a family's particle to the neighbour
+    const Real* bond = nullptr;            ///< by entry: X and V, packed by four [m], [m^3]
+    const Real* length = nullptr;          ///< by entry: |X| [m]
+    const std::uint32_t* mask = nullptr;   ///< which lanes have the bond, the first lane's bit lowest
+};
+
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
 /// Positions are packed by four so that a neighbour costs one load: x of entry j is position[4 j .. 4 j + 2], likewise
 /// X, which V follows in reference[4 j + 3].
@@ -26,15 +47,9 @@ struct Families {
     const Real* reference = nullptr;           ///< X and V of every particle of the material [m], [m^3]
     const Real* volume = nullptr;              ///< V of every particle of the material [m^3]
     const std::uint32_t* shape = nullptr;      ///< first constant of the block's particle i
-    /// A particle that sees the same as the block's particle i: neighbours at the same distance in memory, with the same X
-    /// and V, bit by bit. Inner particles of a lattice share few twins, whose rows are in the cache.
-    const std::uint32_t* twin = nullptr;
-    const Real* length = nullptr;  ///< constant: |X|, from `reference` in the same precision [m]
-    /// How many particles from the block's particle i on, itself included, have one twin: the neighbours of the next are
-    /// the next of its neighbours. At most 255; null: unknown. Of a run, kSlotPadding particles from each neighbour on may
-    /// be read.
-    const std::uint8_t* run = nullptr;
-    Field<const Real> y;  ///< position of every particle again, by component
+    const Real* length = nullptr;              ///< constant: |X|, from `reference` in the same precision [m]
+    Slices<Real> slices;                       ///< the same families side by side, for laws that ask for them
+    Field<const Real> y;                       ///< position of every particle again, by component
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
 };

@@ -26,6 +26,7 @@ struct LawNeeds {
     bool may_refuse = false;       ///< local laws: `evaluate` throws for some deformation gradients
     double horizon = 0;            ///< bond laws: family radius, rim included [m]
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
+    std::uint32_t lanes = 0;       ///< bond laws: families of a slice, kLanes<Real>; 0: the law needs no slices
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     FieldSpecs bond_constants = {};  ///< numbers of bonds that `initialise` sets and nothing changes

@@ -57,6 +57,7 @@ public:
                    .stores_in_bonds = true,
                    .horizon = influence_.reach(),
                    .rounds = 2,
+                   .lanes = form_ == Form::paper ? 0 : static_cast<std::uint32_t>(kLanes<Real>),
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
                    .volumes = influence_.volumes(),
                    .opening_energy = opening_energy_};
@@ -203,13 +204,13 @@ private:
 
     /// |X|, and what the bond has yielded.
     P rest_length(const Block<Real>& b, const BondPack<Real>& bonds) const {
-        const P length = bonds.constant(b.family.length);
+        const P length = bonds.length();
         return at_.strain < 0 ? length : length + length * bonds.load(b.bond_state[at_.strain]);
     }
     /// The same at the bond's other end.
     P rest_length_there(const Block<Real>& b, const BondPack<Real>& bonds, const P& rest) const {
         if constexpr (Flow::kMayYield) {
-            const P length = bonds.constant(b.family.length);
+            const P length = bonds.length();
             if (at_.strain >= 0) return length + length * flow_.at_other_end(b, bonds, flow_fields_);
         }
         return rest;

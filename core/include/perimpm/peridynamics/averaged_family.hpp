@@ -90,7 +90,7 @@ public:
             const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
             P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2 = X.(2 E X): costs no digits where strains are small
             for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length = bonds.constant(b_.family.length), square = XX[0] + XX[3] + XX[5];
+            const P length = bonds.length(), square = XX[0] + XX[3] + XX[5];
             const P z = mean_length<P>(square, longer), both = z + length;
             if (strain) longer -= length * bonds.load(strain) * both;
             const P divisor = at_.own_is_exact ? P(z * both) : P(z * both * square);
@@ -107,7 +107,7 @@ public:
         for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
             P mean[3];
             deform(X, mean, F);
-            const P length = bonds.constant(b_.family.length);
+            const P length = bonds.length();
             const P stiffness = at_.own_is_exact ? own : P(own * inverse_length(P(length * length)));
             const P pull = stiffness * relative_extension(mean, length);
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
@@ -144,11 +144,11 @@ private:
     /// Adds the springs of the bonds kept, which are those in the slots from `slot` to `end`.
     PERIMPM_INLINE void add_springs(std::uint32_t i, std::uint32_t slot, std::uint32_t end, P sum[3],
                                     P& largest) const {
-        const Real *lengths = b_.family.length, *stiffness = b_.bond_constants[at_.stiffness], *from = kept_;
+        const Real *stiffness = b_.bond_constants[at_.stiffness], *from = kept_;
         for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             const P Y[3] = {kept(from, 4), kept(from, 5), kept(from, 6)};
             from += kEntry;
-            add_spring(Y, bonds.constant(lengths), bonds.constant(stiffness), live, sum, largest);
+            add_spring(Y, bonds.length(), bonds.constant(stiffness), live, sum, largest);
         });
     }
     /// Adds w^ V Y (x) X of the first `count` bonds kept. A loop of its own: with those of the springs, its sums would not

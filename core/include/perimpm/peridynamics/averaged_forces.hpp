@@ -1,7 +1,7 @@
 #pragma once
 
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
-#include "perimpm/peridynamics/averaged_run.hpp"
+#include "perimpm/peridynamics/averaged_slice.hpp"
 
 /*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
     numbers are in plugins/constitutive/pd_elastic.cpp. Whole blocks are calls of their own, as in average_families. */
@@ -16,12 +16,11 @@ template <class Real>
         family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P Y[3];
             family.deformed(bonds, Y);
-            add_spring(Y, bonds.constant(b.family.length), bonds.constant(b.bond_constants[at.stiffness]), live, f,
-                       extension);
+            add_spring(Y, bonds.length(), bonds.constant(b.bond_constants[at.stiffness]), live, f, extension);
         });
         for (P& sum : f) sum *= P(static_cast<Real>(lambda));  // (6), second term
         family.write(f, b.force);
-        largest = larger(largest, family.own(extension));
+        largest = larger(largest, extension);
     });
     b.largest_stretch = stretch_of(hmax(largest));
 }
@@ -41,7 +40,7 @@ template <class Real>
             for (int c = 0; c < 3; ++c) X[c] = theirs[MeanRecord::kReference + c] - mine[MeanRecord::kReference + c];
             deform(X, there, theirs);
             const P other = bonds.constant(b.bond_constants[at.stiffness]) - bonds.constant(b.bond_constants[at.own]);
-            const P pull = live * other * relative_extension(there, bonds.constant(b.family.length));
+            const P pull = live * other * relative_extension(there, bonds.length());
             for (int c = 0; c < 3; ++c) f[c] += pull * there[c];  // (6), first term, of -T<q,p>
         });
         Real sums[4];
@@ -67,16 +66,13 @@ Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
     const Real* influence = at.influence < 0 ? nullptr : b.bond_constants[at.influence] + family.shape[i];
     const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
     const Real* own = records + kSumRecord * std::size_t{b.first + i};
-    const TwinRow twin = twin_of(b, i);
+    const std::uint32_t* neighbours = family.neighbour + begin;
     for (std::uint32_t k = 0; k < count; k += 16) {
-        prefetch(twin.neighbour + k);
+        prefetch(neighbours + k);
         if (influence) prefetch(influence + k);
     }
     Real sums[kSumRecord];
-    const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA {
-        sum_records(records + static_cast<std::ptrdiff_t>(kSumRecord) * twin.shift, twin.neighbour, count, weight,
-                    sums);
-    };
+    const auto sum = [&](auto weight) PERIMPM_INLINE_LAMBDA { sum_records(records, neighbours, count, weight, sums); };
     if (family.damage && family.damage[i] > 0)
         sum([&](std::uint32_t k) {
             return family.is_broken(begin + k) ? Real(0) : influence ? influence[k] : Real(1);
@@ -95,37 +91,36 @@ Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
     }
     return mean[MeanRecord::kExtension];
 }
-/// Of a run of families, which have X in common; returns the largest relative extension.
+/// Of the families of a slice, which have X in common; returns the largest relative extension.
 template <class Real>
-Real force_of_energy(Block<Real>& b, const FamilyRun<Real>& run, AveragedRun<Real>& sweeps) {
+Real force_of_energy(Block<Real>& b, const AveragedSlice<Real>& slice) {
     using P = Pack<Real>;
     const Field<Real>& stress = b.family_state[AveragedState::averaged_stress];
-    const std::uint32_t i = run.first();
+    const FamilySlice<Real>& families = slice.families();
+    const std::uint32_t i = families.first();
     P there[3], mean[4];
-    sweeps.sum_stress(run, stress, there);
+    slice.sum_stress(stress, there);
     load_quads_apart<MeanRecord::kWidth>(
         b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i + MeanRecord::kForce, mean);
-    const P volume = run.at(b.volume);
+    const P volume = families.at(b.volume);
     for (std::size_t c = 0; c < 3; ++c) {
         P here(0);
         for (std::size_t k = 0; k < 3; ++k)
-            here += run.at(b.particle_state[AveragedState::averaged_stress][3 * c + k]) *
-                    run.at(b.particle_state[AveragedState::moment][k]);
+            here += families.at(b.particle_state[AveragedState::averaged_stress][3 * c + k]) *
+                    families.at(b.particle_state[AveragedState::moment][k]);
         there[c] = mean[c] + here + volume * there[c];
     }
-    run.write(there, b.force);
-    return hmax(run.own(mean[3]));
+    families.write(there, b.force);
+    return hmax(mean[3]);
 }
 template <class Real>
 [[gnu::noinline]] void force_of_energy(Block<Real>& b, const BondFields& at) {
-    AveragedRun<Real> sweeps(b, at);
     Real largest = 0;
     for (std::uint32_t i = 0; i < b.size;) {
-        const std::uint32_t size = sweeps.size_at(i);
-        const Real found =
-            size > 0 ? force_of_energy(b, FamilyRun<Real>(b, i, size), sweeps) : force_of_energy(b, at, i);
+        const bool together = FamilySlice<Real>::begins_at(b, i);
+        const Real found = together ? force_of_energy(b, AveragedSlice<Real>(b, at, i)) : force_of_energy(b, at, i);
         largest = larger(largest, found);
-        i += std::max(size, 1u);
+        i += together ? FamilySlice<Real>::kSize : 1;
     }
     b.largest_stretch = stretch_of(largest);
 }
@@ -143,7 +138,7 @@ void add_yielded(Block<Real>& b, const BondFields& at, const SpringModuli& modul
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P Y[3];
             bonds.difference(b.family.position, position, Y);
-            const P length = bonds.constant(b.family.length), own = bonds.constant(b.bond_constants[at.own]);
+            const P length = bonds.length(), own = bonds.constant(b.bond_constants[at.own]);
             const P other = bonds.constant(b.bond_constants[at.stiffness]) - own, y = norm(Y);
             const P here = length * bonds.load(b.bond_state[at.strain]);  // e_p |X| of both directions
             const P there = length * flow.at_other_end(b, bonds, flow_fields);

@@ -1,13 +1,13 @@
 #pragma once
 
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
-#include "perimpm/peridynamics/averaged_run.hpp"
+#include "perimpm/peridynamics/averaged_slice.hpp"
 
 /*! The first pass of the laws of Lyu et al. 2019: what neighbours need of each family (averaged_bonds.hpp). Equation
     numbers are in plugins/constitutive/pd_elastic.cpp. */
 namespace perimpm::peridynamics {
 
-/// A K, of one particle or of a run; K: xx xy xz yy yz zz.
+/// A K, of one particle or of a slice; K: xx xy xz yy yz zz.
 template <class T>
 PERIMPM_INLINE void times_symmetric(const T A[9], const T K[6], T out[9]) {
     for (int r = 0; r < 9; r += 3) {
@@ -29,57 +29,58 @@ public:
           lambda_{static_cast<Real>(moduli.lambda)},
           two_mu_{static_cast<Real>(2 * moduli.mu)},
           printed_{printed},
-          run_{b, at},
+          at_{at},
           family_{{b, at}, {b, at}} {}
 
-    /// Runs of families together, the others one by one: there the second sweep of a family after the first of the next one,
-    /// so that neither waits for the other's sums.
+    /// Slices together, other families one by one: there the second sweep of a family after the first of the next one, so
+    /// that neither waits for the other's sums.
     void operator()() {
         for (std::uint32_t i = 0; i < b_.size;) {
-            if (const std::uint32_t size = run_at(i)) {
-                average(FamilyRun<Real>(b_, i, size));
-                i += size;
+            if (slice_at(i)) {
+                average(AveragedSlice<Real>(b_, at_, i));
+                i += FamilySlice<Real>::kSize;
                 continue;
             }
             const std::uint32_t first = i;
             do {
                 set_mean_deformation(i);
                 if (i > first) add_averaged(i - 1);
-            } while (++i < b_.size && run_at(i) == 0);
+            } while (++i < b_.size && !slice_at(i));
             add_averaged(i - 1);
         }
     }
 
 private:
-    std::uint32_t run_at(std::uint32_t i) const { return printed_ ? 0 : run_.size_at(i); }
+    bool slice_at(std::uint32_t i) const { return !printed_ && FamilySlice<Real>::begins_at(b_, i); }
 
-    void average(const FamilyRun<Real>& run) {
-        const std::uint32_t i = run.first();
+    void average(const AveragedSlice<Real>& slice) {
+        const FamilySlice<Real>& families = slice.families();
+        const std::uint32_t i = families.first();
         P sums[12], F[9], S[6], K[6], H[9], X[4], HX[3], largest;
-        for (std::size_t c = 0; c < 6; ++c) K[c] = run.at(b_.particle_state[State::shape_inverse][c]);
+        for (std::size_t c = 0; c < 6; ++c) K[c] = families.at(b_.particle_state[State::shape_inverse][c]);
         load_quads_apart(b_.family.reference + 4 * std::size_t{b_.first + i}, X);
-        run_.sum_bonds(run, sums, largest);
+        slice.sum_bonds(sums, largest);
         times_symmetric(sums, K, F);  // (4)
         const P lambda(lambda_);
         Real* mean = mean_record(i);
-        put(run, mean, F[0], F[1], F[2], F[3]);
-        put(run, mean + 4, F[4], F[5], F[6], F[7]);
-        put(run, mean + 8, F[8], X[0], X[1], X[2]);
-        put(run, mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11], largest);  // (6)
+        put(mean, F[0], F[1], F[2], F[3]);
+        put(mean + 4, F[4], F[5], F[6], F[7]);
+        put(mean + 8, F[8], X[0], X[1], X[2]);
+        put(mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11], largest);  // (6)
 
-        run_.sum_averaged(run, F, S);
+        slice.sum_averaged(F, S);
         stress_of(F, S, K, H);
         times_position(H, X, HX);
-        for (std::size_t c = 0; c < 9; ++c) run.put(b_.particle_state[State::averaged_stress][c], H[c]);
+        for (std::size_t c = 0; c < 9; ++c) families.put(b_.particle_state[State::averaged_stress][c], H[c]);
         Real* stress = stress_record(i);
-        put(run, stress, H[0], H[1], H[2], H[3]);
-        put(run, stress + 4, H[4], H[5], H[6], H[7]);
-        put(run, stress + 8, H[8], HX[0], HX[1], HX[2]);
+        put(stress, H[0], H[1], H[2], H[3]);
+        put(stress + 4, H[4], H[5], H[6], H[7]);
+        put(stress + 8, H[8], HX[0], HX[1], HX[2]);
     }
-    static void put(const FamilyRun<Real>& run, Real* to, const P& x, const P& y, const P& z, const P& w) {
+    static void put(Real* to, const P& x, const P& y, const P& z, const P& w) {
         static_assert(kSumRecord == MeanRecord::kWidth);
         const P quad[4] = {x, y, z, w};
-        store_quads_apart<kSumRecord>(to, quad, run.size());
+        store_quads_apart<kSumRecord>(to, quad, FamilySlice<Real>::kSize);
     }
 
     void set_mean_deformation(std::uint32_t i) {
@@ -145,7 +146,7 @@ private:
     Block<Real>& b_;
     Real lambda_, two_mu_;
     bool printed_;
-    AveragedRun<Real> run_;
+    const BondFields& at_;
     AveragedFamily<Real> family_[2];
 };
 

@@ -110,7 +110,7 @@ public:
         for (std::uint32_t i = 0; i < b.size; ++i) {
             Pack<Real> expansion(0);
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) PERIMPM_INLINE_LAMBDA {
-                const Pack<Real> X = bonds.constant(b.family.length);
+                const Pack<Real> X = bonds.length();
                 expansion += live * bonds.constant(b.bond_constants[at.own]) * X * X * X * extension(b, i, bonds, X);
             });
             double moment = 0;
@@ -154,7 +154,7 @@ private:
     template <class Real>
     void state(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds, Real theta, const Fields& at,
                Pack<Real>& elastic, Pack<Real>& g) const {
-        const Pack<Real> X = bonds.constant(b.family.length);
+        const Pack<Real> X = bonds.length();
         elastic = extension(b, i, bonds, X) * inverse_length(X) - theta / 3 - bonds.load(b.bond_state[at.strain]);
         g = static_cast<Real>(modulus_) * bonds.constant(b.bond_constants[at.own]) * X /
             (b.volume[i] * bonds.gather(b.family.volume));

@@ -32,29 +32,16 @@ std::uint32_t constant_of(const Families<Real>& f, std::uint32_t i, std::uint32_
     return f.shape[i] + (slot - f.row[i]);
 }
 
-/// Neighbours of a particle's twin (Families::twin), and how far off they are from its own.
-struct TwinRow {
-    const std::uint32_t* neighbour;
-    std::ptrdiff_t shift;
-};
-template <class Real>
-PERIMPM_INLINE TwinRow twin_of(const Block<Real>& b, std::uint32_t i) {
-    const std::uint32_t twin = b.family.twin[i];
-    const std::uint32_t* row = b.family.row - b.first;  // of the whole material
-    return {b.family.neighbour + row[twin],
-            static_cast<std::ptrdiff_t>(b.first + i) - static_cast<std::ptrdiff_t>(twin)};
-}
-
 /// A pack of bonds of one particle. Lanes beyond `size` show bonds of other particles.
 template <class Real>
 struct BondPack {
     std::uint32_t slot, size, first_constant;
-    const std::uint32_t* twins;  ///< the twin's neighbours
-    std::ptrdiff_t shift;        ///< from them to the particle's
+    const std::uint32_t* neighbours;
+    const Real* lengths;  ///< Families::length
 
-    PERIMPM_INLINE std::size_t neighbour(std::size_t lane) const {
-        return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(twins[lane]) + shift);
-    }
+    PERIMPM_INLINE std::size_t neighbour(std::size_t lane) const { return neighbours[lane]; }
+    /// |X|.
+    PERIMPM_INLINE Pack<Real> length() const { return constant(lengths); }
 
     /// Value of a per-bond field.
     PERIMPM_INLINE Pack<Real> load(const Real* field) const {
@@ -73,13 +60,12 @@ struct BondPack {
     /// The neighbours' entries of a field whose entries are Width numbers side by side.
     template <std::size_t Width>
     PERIMPM_INLINE void gather_packed(const Real* field, Pack<Real> out[Width]) const {
-        const Real* from = field + static_cast<std::ptrdiff_t>(Width) * shift;
-        for (std::size_t q = 0; q < Width; q += 4) gather_quads<Width>(from + q, twins, out + q);
+        for (std::size_t q = 0; q < Width; q += 4) gather_quads<Width>(field + q, neighbours, out + q);
     }
     /// Vectors from the particle at `own` to its neighbours; both in arrays packed by four.
     PERIMPM_INLINE void difference(const Real* packed, const Real* own, Pack<Real> out[3]) const {
         Pack<Real> quad[4];
-        gather_quads(packed + 4 * shift, twins, quad);
+        gather_quads(packed, neighbours, quad);
         for (int c = 0; c < 3; ++c) out[c] = quad[c] - own[c];
     }
 };
@@ -106,17 +92,16 @@ PERIMPM_INLINE void for_each_bond(const Block<Real>& b, std::uint32_t i, std::ui
     static_assert(lanes <= kSlotPadding);
     const Families<Real>& f = b.family;
     const bool damaged = f.damage && f.damage[i] > 0;
-    const TwinRow twin = twin_of(b, i);
-    const std::uint32_t* twins = twin.neighbour + (slot - f.row[i]);
+    const std::uint32_t* neighbours = f.neighbour + slot;
     std::uint32_t constant = constant_of(f, i, slot);
-    for (; !damaged && slot + lanes <= end; slot += lanes, constant += lanes, twins += lanes) {
-        prefetch(twins);
-        body(BondPack<Real>{slot, lanes, constant, twins, twin.shift}, Pack<Real>(1));
+    for (; !damaged && slot + lanes <= end; slot += lanes, constant += lanes, neighbours += lanes) {
+        prefetch(neighbours);
+        body(BondPack<Real>{slot, lanes, constant, neighbours, f.length}, Pack<Real>(1));
     }
-    for (; slot < end; slot += lanes, constant += lanes, twins += lanes) {
+    for (; slot < end; slot += lanes, constant += lanes, neighbours += lanes) {
         const std::uint32_t size = std::min(lanes, end - slot);
-        prefetch(twins);
-        body(BondPack<Real>{slot, size, constant, twins, twin.shift}, live_bonds(f, slot, size, damaged));
+        prefetch(neighbours);
+        body(BondPack<Real>{slot, size, constant, neighbours, f.length}, live_bonds(f, slot, size, damaged));
     }
 }
 /// The same for all bonds of the block's particle i.
@@ -214,7 +199,7 @@ double largest_stretch(const Block<Real>& b) {
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) {
             Pack<Real> Y[3];
             bonds.difference(b.family.position, own, Y);
-            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.constant(b.family.length));
+            const Pack<Real> stretch = live * norm(Y) * inverse_length(bonds.length());
             largest = select(stretch > largest, stretch, largest);
         });
     }

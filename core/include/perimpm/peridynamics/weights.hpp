@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "perimpm/math/isotropic_factors.hpp"
@@ -60,10 +61,15 @@ public:
 
     /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them.
     void initialise(Block<Real>& b, std::uint32_t round, const WeightFields& fields) const {
-        for (std::uint32_t i = 0; i < b.size; ++i) round == 0 ? normalise(b, i, fields) : add_both_ends(b, i, fields);
+        FactorsFound found;
+        for (std::uint32_t i = 0; i < b.size; ++i)
+            round == 0 ? normalise(b, i, fields, found) : add_both_ends(b, i, fields);
     }
 
 private:
+    /// By directions and weights: families of a lattice are mostly alike.
+    using FactorsFound = std::map<std::vector<double>, std::vector<double>>;
+
     static double volume(const Block<Real>& b, std::uint32_t slot) {
         return static_cast<double>(b.family.volume[b.family.neighbour[slot]]);
     }
@@ -76,7 +82,7 @@ private:
         return weight_(X) * static_cast<double>(b.volume[i]) * volume(b, slot) / (X * X);
     }
 
-    void normalise(Block<Real>& b, std::uint32_t i, const WeightFields& fields) const {
+    void normalise(Block<Real>& b, std::uint32_t i, const WeightFields& fields, FactorsFound& found) const {
         const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
         double sum = surface_ == Surface::none ? full_sum_ : 0;
         for (std::uint32_t slot = begin; slot < end && surface_ != Surface::none; ++slot)
@@ -87,19 +93,23 @@ private:
         Real* own = b.bond_constants[fields.own] + b.family.shape[i];
         for (std::uint32_t slot = begin; slot < end; ++slot)
             own[slot - begin] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
-        if (surface_ == Surface::moment && sum > 0) make_isotropic(b, i, factor, own);
+        if (surface_ == Surface::moment && sum > 0) make_isotropic(b, i, factor, own, found);
     }
 
-    void make_isotropic(const Block<Real>& b, std::uint32_t i, double factor, Real* own) const {
+    void make_isotropic(const Block<Real>& b, std::uint32_t i, double factor, Real* own, FactorsFound& found) const {
         const std::uint32_t begin = b.family.row[i], end = b.family.row[i + 1];
-        std::vector<double> directions, weights, factors(end - begin);
+        std::vector<double> directions, weights;
         const Real* at = b.family.reference + 4 * std::size_t{b.first + i};
         for (std::uint32_t slot = begin; slot < end; ++slot) {
             const Real* other = b.family.reference + 4 * std::size_t{b.family.neighbour[slot]};
             for (int c = 0; c < 3; ++c) directions.push_back(other[c] - at[c]);
             weights.push_back(factor * weight_(length(b, i, slot)) * volume(b, slot));
         }
-        isotropic_factors(directions, weights, factors);
+        std::vector<double> key = directions;
+        key.insert(key.end(), weights.begin(), weights.end());
+        const auto [known, is_new] = found.try_emplace(std::move(key), weights.size());
+        std::vector<double>& factors = known->second;
+        if (is_new) isotropic_factors(directions, weights, factors);
         for (std::size_t k = 0; k < factors.size(); ++k) own[k] *= static_cast<Real>(factors[k]);
     }
 
