@@ -133,7 +133,7 @@ TEMPLATE_TEST_CASE("every law: families in lanes and families one by one have th
                 const auto deformed = [&](bool in_slices) {
                     auto particles = std::make_unique<Particles<TestType>>(*law, X, h * h * h);
                     const auto [slices, all] = particles->slices();
-                    if (law->needs().lanes > 0) REQUIRE(slices >= (is_box ? all * 9 / 10 : all / 2));
+                    if (law->needs().lanes > 0) REQUIRE(slices >= (is_box ? all * 9 / 10 : all / 3));
                     particles->in_slices = in_slices;
                     Bonds& bonds = particles->bonds();
                     for (std::uint32_t slot = bonds.row[middle]; slot < bonds.row[middle + 1]; slot += 3) {
