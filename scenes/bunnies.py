@@ -11,7 +11,7 @@ import numpy as np
 import perimpm
 
 LAWS = {
-    "pd_elastic": {"type": "pd_elastic", "youngs_modulus": 1.5e5, "horizon": 2.01},
+    "pd_elastic": {"type": "pd_elastic", "youngs_modulus": 1.5e5},
     "fixed_corotated": {"type": "fixed_corotated", "youngs_modulus": 1.5e5, "poisson_ratio": 0.25},
 }
 

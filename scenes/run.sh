@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # From nothing to a picture: installs what is missing, builds, runs a scene, draws it.
-#   bash scenes/run.sh [SCENE] [arguments of `perimpm run`]      default scene: scenes/bunnies.toml
+#   bash scenes/run.sh [SCENE] [arguments of `perimpm run`]      a file, or the name of one in scenes/; default: bunnies
 # JOBS: parallel compile jobs. PERIMPM_PACKAGES_READY=1: trust that the packages are there (systems without apt).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,6 +11,7 @@ case "${1:-}" in
     "" | -*) ;;
     *) scene=$1; shift ;;
 esac
+[ -f "$scene" ] || [ ! -f "$root/scenes/$scene.toml" ] || scene="$root/scenes/$scene.toml"
 [ -f "$scene" ] || { say "no scene file '$scene'; there are: $(cd "$root" && echo scenes/*.toml)" >&2; exit 2; }
 output="$root/out/$(basename "${scene%.*}")"
 arguments=("$@")

@@ -31,7 +31,7 @@ Matrix3d matrix(const Block<double>& b, std::size_t field, std::size_t p, bool s
     return m;
 }
 
-/// B9: rms force per volume of a checkerboard of amplitude a, over E 2 a/(h delta), delta = 2.25 h.
+/// B9: rms force per volume of a checkerboard of amplitude a, over E 2 a/(h delta), delta = 2.2 h.
 double checkerboard(const std::string& more) {
     const auto law = correspondence(more);
     Particles<double> particles = cube(*law, 9);
@@ -42,7 +42,7 @@ double checkerboard(const std::string& more) {
         particles.place(p, X + Vec3(odd ? -a : a, 0, 0));
     }
     particles.evaluate();
-    return particles.force(middle(9)).norm() / kVolume / (kModulus * 2 * a / (2.25 * kSpacing * kSpacing));
+    return particles.force(middle(9)).norm() / kVolume / (kModulus * 2 * a / (2.2 * kSpacing * kSpacing));
 }
 
 }  // namespace
@@ -80,11 +80,11 @@ TEST_CASE("pd_correspondence: stabilisation resists the checkerboard that F- doe
     for (int i = -2; i <= 2; ++i)
         for (int j = -2; j <= 2; ++j)
             for (int k = -2; k <= 2; ++k) {
-                const double x2 = i * i + j * j + k * k, w = 1 - std::sqrt(x2) / 2.25;
+                const double x2 = i * i + j * j + k * k, w = 1 - std::sqrt(x2) / 2.2;
                 if (x2 == 0 || w <= 0) continue;
                 odd += (i + j + k) % 2 ? w : 0, trace += w * x2;
             }
-    const double expected = 4 * 1.2 * odd / trace / (2 / 2.25);
+    const double expected = 4 * 1.2 * odd / trace / (2 / 2.2);
     CHECK_THAT(checkerboard(""), WithinRel(expected, 1e-9));
     CHECK_THAT(checkerboard("stabilisation = 0.25"), WithinRel(expected / 4, 1e-9));
     CHECK(checkerboard("") > 0.5);

@@ -234,7 +234,7 @@ TEST_CASE("pd_lps: a checkerboard is resisted", "[constitutive]") {
     });
     particles.evaluate();
     const double density = particles.force(middle(n)).norm() / kVolume;
-    CHECK(density / (kModulus * 2 * a / kSpacing / (2.25 * kSpacing)) > 0.5);
+    CHECK(density / (kModulus * 2 * a / kSpacing / (2.2 * kSpacing)) > 0.5);
 }
 
 TEMPLATE_TEST_CASE("pd_lps: few bonds or none leave no NaN", "[constitutive]", float, double) {

@@ -154,9 +154,9 @@ def check_against_local(jitter: float, spacing: float, seeds: int) -> None:
     for name in DEFAULTS:
         assert abs(seen[name].period - 1) <= max(1.25 * abs(local.period - 1), 0.01), name
         assert 1 - seen[name].peaks[3] <= 1.5 * (1 - local.peaks[3]), name
-    for name in OTHERS:  # a constant micromodulus reaches farther: more loss on the lattice, as measured
+    for name in OTHERS:  # no influence function: half way to 0.5 h a little more loss, as measured
         assert abs(seen[name].period - 1) <= 0.015, name
-        assert 1 - seen[name].peaks[3] <= 1.75 * (1 - local.peaks[3]), name
+        assert 1 - seen[name].peaks[3] <= (1.6 if jitter == 0.25 else 1.5) * (1 - local.peaks[3]), name
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.25, 0.5])
@@ -184,14 +184,14 @@ def test_table_of_surfaces(jitter: float) -> None:
         }
         for law in ("pd_elastic", "pd_lps")
         for surface in ("none", "family", "moment")
-        for horizon, influence in ((2.01, "constant"), (2.25, "linear"), (2.5, "linear"), (3.015, "constant"))
+        for horizon, influence in ((2.01, "constant"), (2.2, "linear"), (2.5, "linear"), (3.015, "constant"))
     }
     seen = irregular({"fixed_corotated": FIXED_COROTATED} | laws, jitter, SPACING, seeds=1)
     print(f"\nclamped, jitter {jitter} h: law, horizon, influence, surface; period / closed form, amplitudes")
     for name, one in seen.items():
         report(name, one)
     for law in ("elastic", "lps"):  # whatever the horizon, moment-exact weights bring the period nearest
-        for family in ("2.01 constant", "2.25 linear", "2.5 linear"):
+        for family in ("2.01 constant", "2.2 linear", "2.5 linear"):
             error = {surface: abs(seen[f"{law} {family} {surface}"].period - 1) for surface in ("none", "family", "moment")}
             assert error["moment"] < 0.02 and error["moment"] <= min(error.values())
 

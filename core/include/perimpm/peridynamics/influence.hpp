@@ -11,7 +11,7 @@ namespace perimpm::peridynamics {
 
 constexpr ParamSpec horizon_param() {
     return {
-        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 2.25, .doc = "how far bonds reach"};
+        .key = "horizon", .unit = "spacings", .range = above(1), .default_value = 2.2, .doc = "how far bonds reach"};
 }
 constexpr ParamSpec horizon_length_param() {
     return {.key = "horizon_length",
