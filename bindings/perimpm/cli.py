@@ -34,7 +34,7 @@ def _run(args: argparse.Namespace) -> None:
     output = Path(args.output) if args.output else Path("out") / Path(args.scene).stem
     simulation = Simulation(args.scene, args.overrides, args.threads)
     if replaced := remove_pictures(output):
-        print(f"replacing the {replaced} frames of an earlier run in {output}", file=sys.stderr)
+        print(f"replacing the {replaced} frames of an earlier run in {output}, and its pictures", file=sys.stderr)
     simulation.run(args.frames, output, progress=True)
     console().print(pass_table(simulation))
     print(f"frames and run.xdmf for ParaView: {output}")

@@ -40,6 +40,13 @@ class ViewWatch:
             self._prints = {key: _core.fingerprint(simulation, *key) for key in self._views}
 
 
+class UnknownField(KeyError):
+    """A field that the simulation does not have."""
+
+    def __str__(self) -> str:  # a KeyError shows the representation, with line ends spelt out
+        return str(self.args[0])
+
+
 class Particles(Mapping[str, npt.NDArray[Any]]):
     """Fields of all particles, or of one material, by name.
 
@@ -58,9 +65,13 @@ class Particles(Mapping[str, npt.NDArray[Any]]):
         try:
             view = _core.view(self._simulation, name, self._material)
         except _core.InputError as error:
-            raise KeyError(str(error)) from None
+            raise UnknownField(str(error)) from None
         self._watch.add(self._simulation, name, self._material, view)
         return view
+
+    def __setitem__(self, name: str, values: npt.ArrayLike) -> None:
+        """Writes into the view of a field; `values` broadcast to its shape."""
+        self[name][...] = values
 
     def __iter__(self) -> Iterator[str]:
         return iter(_core.fields(self._simulation, self._material))

@@ -6,6 +6,7 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Union
 
@@ -53,6 +54,8 @@ class Simulation:
     ) -> None:
         if not isinstance(scene, Mapping) and (file := Path(scene)).suffix == ".json" and file.is_file():
             scene = _recorded_scene(file)
+        if isinstance(overrides, str):
+            raise _core.InputError(f"overrides = {overrides!r}: expected a list of changes, [{overrides!r}]")
         checked = _core.Scene(scene, list(overrides), os.fspath(folder))
         self._core = _core.Simulation(checked, threads)
         self._watch = ViewWatch()
@@ -82,8 +85,10 @@ class Simulation:
 
     def step(self, n: int = 1) -> float:
         """Advances `n` steps; returns the length of the last one [s]."""
+        if not isinstance(n, Integral) or n < 0:
+            raise _core.InputError(f"step({n!r}): expected a whole number of steps, 0 or more")
         with self._watch.around_steps(self._core):
-            return self._core.step(n)
+            return self._core.step(int(n))
 
     def prescribe(self, velocity: Field, **region: Any) -> None:
         """Prescribes the velocity of the particles of a region, before the first step.

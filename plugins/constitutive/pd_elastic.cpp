@@ -14,8 +14,8 @@
     energy are not, under inhomogeneous strain with mu > 0. "variational" (default) is the gradient and conserves all three.
     `surface`: perimpm/peridynamics/weights.hpp. The kernel, shared with deviatoric_plastic: averaged_bonds.hpp.
     Defaults by measurement (tests/verification/README.md): moment-exact weights, with which a horizon of 2.2 spacings
-    (32 bonds) has the period and the loss of a local law; without them short horizons and linear w^ make E along a lattice's
-    axes up to 22 % too large. mu = lambda/10. */
+    (32 bonds) has the period and the loss of a local law; without them short horizons and linear w^ make E along a
+    lattice's axes up to 22 % too large. mu = lambda/10. */
 #include "perimpm/peridynamics/averaged_bonds.hpp"
 #include "perimpm/plugin/plugin.hpp"
 

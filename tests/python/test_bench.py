@@ -80,6 +80,7 @@ def test_json_alone_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
         (["--reps", "4"], "--reps 4: expected 5 or more"),
         (["--threads", "100000"], "--threads 100000: expected 1 to"),
         (["--workload", "pd-cube", "--order", "2"], "--order 2: is for mpm-block"),
+        (["--workload", "pd-cube", "--side", "1"], "--side 1: expected"),
         (["--law", "no_such_law"], "no_such_law"),  # refused by the engine's process
     ],
 )

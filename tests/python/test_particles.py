@@ -130,9 +130,18 @@ def test_mapping(box: dict[str, Any]) -> None:
     assert len(p) == len(list(p))
 
 
+def test_assignment_writes_into_the_view(box: dict[str, Any]) -> None:
+    p = perimpm.Simulation(box).particles
+    v = p["v"]
+    p["v"] = [1.0, 2.0, 3.0]
+    assert np.array_equal(v, np.tile(np.float32([1, 2, 3]), (len(v), 1)))
+    with pytest.raises(ValueError, match="broadcast"):
+        p["v"] = np.zeros((2, 3))
+
+
 def test_unknown_names(box: dict[str, Any]) -> None:
     p = perimpm.Simulation(box).particles
-    with pytest.raises(KeyError, match="did you mean 'mass'"):
+    with pytest.raises(KeyError, match="\\n  did you mean 'mass'"):  # a line of its own
         p["mas"]
     with pytest.raises(perimpm.InputError, match="rubber"):
         p.of("ruber")

@@ -59,6 +59,17 @@ def test_overrides_change_one_value_or_a_whole_table(box: dict[str, Any]) -> Non
     assert sim.plan.materials[0].bonds > 0
 
 
+def test_overrides_are_a_list(box: dict[str, Any]) -> None:
+    with pytest.raises(perimpm.InputError, match=r"expected a list of changes, \['grid.spacing=0.05'\]"):
+        perimpm.Simulation(box, overrides="grid.spacing=0.05")
+
+
+@pytest.mark.parametrize("count", [-1, 3.0, "3"])
+def test_steps_are_whole_numbers(box: dict[str, Any], count: Any) -> None:
+    with pytest.raises(perimpm.InputError, match="expected a whole number of steps, 0 or more"):
+        perimpm.Simulation(box).step(count)
+
+
 def test_input_error_is_a_value_error(box: dict[str, Any]) -> None:
     del box["material"]
     with pytest.raises(ValueError):

@@ -52,6 +52,8 @@ def _complete(args: argparse.Namespace) -> Run:
     most = len(os.sched_getaffinity(0))
     if args.threads < 0 or args.threads > most:
         raise InputError(f"--threads {args.threads}: expected 1 to {most}, a processor for each, or 0 for all")
+    if args.side is not None and args.side < (1 if block else 2):
+        raise InputError(f"--side {args.side}: expected 1 cell or more along an edge, of pd-cube 2 particles, which have a bond")
     if args.order and not block:
         raise InputError(f"--order {args.order}: is for mpm-block; pd-cube has no splines of its own")
     return Run(

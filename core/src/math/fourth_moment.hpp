@@ -8,11 +8,11 @@ namespace perimpm {
 /// Components of n n n n, each once, scaled so that the inner product of two is (n . m)^4.
 inline Eigen::Matrix<double, 15, 1> fourth_moment(const Eigen::Vector3d& n) {
     const double x = n[0], y = n[1], z = n[2], xx = x * x, yy = y * y, zz = z * z;
-    const double two = 2, six = std::sqrt(6.0), twelve = std::sqrt(12.0);  // roots of the multiplicities 4, 6, 12
+    const double six = std::sqrt(6.0), twelve = std::sqrt(12.0);  // roots of multiplicities, as 2 is of 4
     Eigen::Matrix<double, 15, 1> m;
-    m << xx * xx, two * xx * x * y, two * xx * x * z, six * xx * yy, twelve * xx * y * z, six * xx * zz,
-        two * x * yy * y, twelve * x * yy * z, twelve * x * y * zz, two * x * zz * z, yy * yy, two * yy * y * z,
-        six * yy * zz, two * y * zz * z, zz * zz;
+    m << xx * xx, 2 * xx * x * y, 2 * xx * x * z, six * xx * yy, twelve * xx * y * z, six * xx * zz, 2 * x * yy * y,
+        twelve * x * yy * z, twelve * x * y * zz, 2 * x * zz * z, yy * yy, 2 * yy * y * z, six * yy * zz,
+        2 * y * zz * z, zz * zz;
     return m;
 }
 

@@ -1,10 +1,11 @@
 #include "state/bond_constants.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
-#include <span>
 #include <string_view>
+#include <type_traits>
 #include <unordered_map>
 
 #include "perimpm/peridynamics/family.hpp"
@@ -13,58 +14,74 @@ namespace perimpm {
 
 namespace {
 
-/// Rows of plain data, those of the same bits kept once.
-template <class T>
-class Rows {
+/// Where rows are kept, those of the same bits once.
+class KeptRows {
 public:
     struct Row {
         std::size_t first, size;
     };
-    std::vector<T> items;
     std::vector<Row> rows;
 
-    /// Index of the row's first item.
-    std::size_t keep(std::span<const T> row) {
-        const std::size_t hash = std::hash<std::string_view>()(bits(row));
+    /// First item of the kept row that is_same(first) as one of this hash and size; a new row is kept at `otherwise`.
+    template <class Same>
+    std::size_t find(std::size_t hash, std::size_t size, std::size_t otherwise, const Same& is_same) {
         for (auto [known, end] = known_.equal_range(hash); known != end; ++known) {
-            const Row& other = rows[known->second];
-            if (bits(row) == bits({items.data() + other.first, other.size})) return other.first;
+            const Row& row = rows[known->second];
+            if (row.size == size && is_same(row.first)) return row.first;
         }
         known_.emplace(hash, rows.size());
-        rows.push_back({items.size(), row.size()});
-        items.insert(items.end(), row.begin(), row.end());
-        return rows.back().first;
+        rows.push_back({otherwise, size});
+        return otherwise;
     }
 
 private:
-    static std::string_view bits(std::span<const T> row) {
-        return {reinterpret_cast<const char*>(row.data()), row.size_bytes()};
-    }
-
     std::unordered_multimap<std::size_t, std::size_t> known_;
 };
 
-/// Rows whose items are numbers of one array after those of another, apart: array k of all rows, after what `arrays` hold.
+template <class T>
+std::string_view bits(const T* first, std::size_t size) {
+    return {reinterpret_cast<const char*>(first), size * sizeof(T)};
+}
+
+/// Rows of plain data.
+template <class T>
+struct Rows {
+    std::vector<T> items;
+    KeptRows kept;
+
+    /// Index of the row's first item.
+    std::size_t keep(const std::vector<T>& row) {
+        const std::string_view own = bits(row.data(), row.size());
+        const std::size_t first = kept.find(std::hash<std::string_view>()(own), row.size(), items.size(),
+                                            [&](std::size_t at) { return bits(items.data() + at, row.size()) == own; });
+        if (first == items.size()) items.insert(items.end(), row.begin(), row.end());
+        return first;
+    }
+};
+
+/// Rows of which each has as many numbers of every array, one array after the other: to the ends of these.
 template <class Real>
-void append(const Rows<Real>& rows, const std::vector<AlignedArray<Real>*>& arrays) {
+void append(const Rows<Real>& all, const std::vector<AlignedArray<Real>*>& arrays) {
     for (std::size_t k = 0; k < arrays.size(); ++k) {
         AlignedArray<Real>& before = *arrays[k];
-        AlignedArray<Real> whole(before.size() + rows.items.size() / arrays.size(), kSlotPadding);
+        AlignedArray<Real> whole(before.size() + all.items.size() / arrays.size(), kSlotPadding);
         Real* to = std::copy_n(before.data(), before.size(), whole.data());
-        for (const auto& row : rows.rows) {
+        for (const auto& row : all.kept.rows) {
             const std::size_t size = row.size / arrays.size();
-            to = std::copy_n(rows.items.data() + row.first + k * size, size, to);
+            to = std::copy_n(all.items.data() + row.first + k * size, size, to);
         }
         before = std::move(whole);
     }
 }
 
-/// A neighbour as seen from a particle; no holes between the numbers, since their bits are compared.
+/// A neighbour as seen from a particle.
 template <class Real>
 struct Entry {
     std::int64_t offset;  ///< in memory
     Real X[3], V;
 };
+static_assert(std::has_unique_object_representations_v<Entry<std::int32_t>> &&
+              std::has_unique_object_representations_v<Entry<std::int64_t>>);  // bits are compared: no holes
 
 /// Families of particles in a row, merged.
 template <class Real>
@@ -113,7 +130,7 @@ private:
         return {offset, {other[0] - own[0], other[1] - own[1], other[2] - own[2]}, other[3]};
     }
 
-    std::uint32_t next_[32];  ///< by lane: slot of the bond that comes next
+    std::uint32_t next_[Slices<Real>::kMostLanes];  ///< by lane: slot of the bond that comes next
 };
 
 template <class T>
@@ -127,7 +144,7 @@ AlignedArray<T> aligned(const std::vector<T>& items) {
 
 template <class Real>
 Slices<Real> BondSlices<Real>::view() const {
-    return {slice.data(), offset.data(), bond.data(), length.data(), mask.data()};
+    return {lanes, slice.data(), offset.data(), bond.data(), length.data(), mask.data()};
 }
 
 template <class Real>
@@ -152,23 +169,35 @@ template <class Real>
 void BondConstants<Real>::share(const Bonds& bonds, const Real* reference, std::uint32_t lanes) {
     std::vector<AlignedArray<Real>*> arrays{&length};
     for (AlignedArray<Real>& numbers : declared) arrays.push_back(&numbers);
-    Rows<Real> families;
-    std::vector<Real> row;
-    for (std::size_t p = 0; p < shape.size(); ++p) {
-        row.clear();
+    KeptRows kept;
+    std::size_t end = 0;
+    for (std::size_t p = 0; p < shape.size(); ++p) {  // rows only move towards the front
+        const std::size_t first = bonds.row[p], size = bonds.row[p + 1] - first;
+        std::size_t hash = 0;
         for (const AlignedArray<Real>* numbers : arrays)
-            row.insert(row.end(), numbers->data() + bonds.row[p], numbers->data() + bonds.row[p + 1]);
-        shape[p] = static_cast<std::uint32_t>(families.keep(row) / arrays.size());
+            hash = hash * 0x9e3779b97f4a7c15u + std::hash<std::string_view>()(bits(numbers->data() + first, size));
+        const std::size_t at = kept.find(hash, size, end, [&](std::size_t other) {
+            return std::all_of(arrays.begin(), arrays.end(), [&](const AlignedArray<Real>* numbers) {
+                return bits(numbers->data() + other, size) == bits(numbers->data() + first, size);
+            });
+        });
+        shape[p] = static_cast<std::uint32_t>(at);
+        if (at != end) continue;
+        for (AlignedArray<Real>* numbers : arrays) std::copy_n(numbers->data() + first, size, numbers->data() + end);
+        end += size;
     }
-    for (AlignedArray<Real>* numbers : arrays) *numbers = {};
-    append(families, arrays);
+    for (AlignedArray<Real>* numbers : arrays) {
+        AlignedArray<Real> shared(end, kSlotPadding);
+        std::copy_n(numbers->data(), end, shared.data());
+        *numbers = std::move(shared);
+    }
     if (lanes > 0) make_slices(bonds, reference, lanes);
 }
 
 template <class Real>
 void BondConstants<Real>::make_slices(const Bonds& bonds, const Real* reference, std::uint32_t lanes) {
-    // families are faster one by one when there are more entries than that for the packs of bonds in them, or when most
-    // entries are bonds of one family only
+    // a slice takes as long as it has entries; with more of them, over bonds of a family on average, families are faster
+    // one by one (tests/bench/README.md)
     const std::size_t worthwhile = std::min(4u, lanes / 2);
     const auto size = static_cast<std::uint32_t>(shape.size());
     slices.slice = AlignedArray<Slice>((size + lanes - 1) / lanes);
@@ -196,6 +225,7 @@ void BondConstants<Real>::make_slices(const Bonds& bonds, const Real* reference,
         if (!arrays.empty()) slice.constants = before + constants.keep(numbers) / arrays.size();
     }
     append(constants, arrays);
+    slices.lanes = lanes;
     slices.mask = aligned(masks.items);
     const std::size_t kept = entries.items.size();
     slices.offset = AlignedArray<std::int32_t>(kept);

@@ -12,6 +12,7 @@ namespace perimpm {
 /// Families of neighbouring particles side by side: Slices and what they show.
 template <class Real>
 struct BondSlices {
+    std::uint32_t lanes = 0;
     AlignedArray<Slice> slice;  ///< by particle over lanes
     AlignedArray<std::int32_t> offset;
     AlignedArray<Real> bond, length;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -39,6 +40,8 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
                   "a law needs either bonds or a deformation gradient");
     require_sound(!needs.stress || needs.bonds, spec, "only a law with bonds says that it writes stress");
     require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
+    require_sound(needs.lanes == 0 || (std::has_single_bit(needs.lanes) && needs.lanes <= Slices<float>::kMostLanes),
+                  spec, "families go side by side in 1, 2, 4, 8 or 16 lanes");
     require_sound(
         std::max({needs.particle_state.size, needs.bond_state.size, needs.bond_constants.size}) <= kMaxStateFields,
         spec, "it declares more than 8 state fields");

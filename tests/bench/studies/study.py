@@ -6,9 +6,11 @@ import argparse
 import csv
 import os
 import shlex
+import statistics
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -37,6 +39,12 @@ def write_csv(name: str, columns: Sequence[str], rows: Iterable[Sequence[object]
         writer.writerow(columns)
         writer.writerows(rows)
     print((FOLDER / f"{name}.csv").read_text(), end="")
+
+
+def ratios(result: Mapping[str, Any], first: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Median, least and most of the rounds' ratios of two engines' times for a step."""
+    rounds = [a / b for a, b in zip(result["seconds_per_step"], first["seconds_per_step"])]
+    return statistics.median(rounds), min(rounds), max(rounds)
 
 
 def plot(name: str, x: Sequence[float], series: Mapping[str, Sequence[object]], label: str) -> None:

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import statistics
 from collections.abc import Iterator
 from pathlib import Path
 
-from study import grouped_bars, write_csv
+from study import grouped_bars, ratios, write_csv
 
 from perimpm.bench.peers import Run, peer_commands
 from perimpm.bench.throughput import Result, take_turns
@@ -44,13 +43,11 @@ def rows(run: Run, args: argparse.Namespace) -> Iterator[tuple[object, ...]]:
 
 def measured(run: Run, result: Result, ours: Result) -> tuple[object, ...]:
     """Time, its ratio to ours (median, least and most of the rounds), spread, quiet blocks."""
-    rounds = [a / b for a, b in zip(result["seconds_per_step"], ours["seconds_per_step"])]
     bonds = run.workload == "pd-cube"
     units = result["bonds"] if bonds else result["particles"]
     ours_units = ours["bonds"] if bonds else ours["particles"]
-    ratios = [r * ours_units / units for r in (statistics.median(rounds), min(rounds), max(rounds))]
     ns = result["ns_per_bond"] if bonds else result["ns_per_particle_step"]
-    return (round(ns, 3), *(round(r, 3) for r in ratios), round(result["spread"], 3), sum(result["quiet"]))
+    return (round(ns, 3), *(round(r * ours_units / units, 3) for r in ratios(result, ours)), round(result["spread"], 3), sum(result["quiet"]))
 
 
 def main() -> None:

@@ -59,4 +59,9 @@ TEMPLATE_TEST_CASE("simd: packs select and compare lane by lane, as numbers do",
     CHECK_FALSE(all(both > even));
     for (std::size_t count = 0; count <= kLanes<TestType>; ++count)
         CHECK(static_cast<std::size_t>(popcount(first_lanes<TestType>(count))) == count);
+    for (std::uint32_t bits = 0; bits < 1u << kLanes<TestType>; ++bits) {
+        const P ones = ones_at<TestType>(bits);
+        for (std::uint32_t lane = 0; lane < kLanes<TestType>; ++lane)
+            if (TestType(ones[lane]) != static_cast<TestType>(bits >> lane & 1)) FAIL(bits << ", lane " << lane);
+    }
 }

@@ -128,12 +128,12 @@ PERIMPM_INLINE void store_quads(Real* to, const Pack<Real> component[4]) {
     }
 }
 
-/// Writes the quads of the first `count` lanes, Width numbers from one to the next.
+/// Writes one quad per lane, Width numbers from one to the next.
 template <std::size_t Width, class Real>
-PERIMPM_INLINE void store_quads_apart(Real* to, const Pack<Real> component[4], std::uint32_t count) {
+PERIMPM_INLINE void store_quads_apart(Real* to, const Pack<Real> component[4]) {
     Real quads[4 * kLanes<Real>];
     store_quads(quads, component);
-    for (std::uint32_t lane = 0; lane < count; ++lane)
+    for (std::size_t lane = 0; lane < kLanes<Real>; ++lane)
         __builtin_memcpy(to + Width * lane, quads + 4 * quad_place<Real>(lane), 4 * sizeof(Real));
 }
 /// Reads quads that lie at the places of store_quads.

@@ -11,8 +11,8 @@ inline constexpr std::uint32_t kMaxVaryingParams = 8;
 inline constexpr std::uint32_t kSlotPadding = 16;
 
 /// As many families side by side as a register has lanes (the SELL-C format of Kreutzer et al. 2014,
-/// doi:10.1137/130930352). An entry is a bond that some of them have: neighbours at one distance in memory, with the same X
-/// and V, bit by bit. Families without it have constants 0 there.
+/// doi:10.1137/130930352). An entry is a bond that some of them have: neighbours at one distance in memory, with the
+/// same X and V, bit by bit. Families without it have constants 0 there.
 struct Slice {
     static constexpr std::uint32_t kWhole = ~0u;
     std::uint32_t first = 0;      ///< its first entry
@@ -24,6 +24,8 @@ struct Slice {
 /// Slices of one material, entries and masks that are the same kept once.
 template <class Real>
 struct Slices {
+    static constexpr std::uint32_t kMostLanes = 16;
+    std::uint32_t lanes = 0;               ///< families of a slice, LawNeeds::lanes
     const Slice* slice = nullptr;          ///< by particle over lanes, of the whole material; null: none
     const std::int32_t* offset = nullptr;  ///< by entry: from a family's particle to the neighbour
     const Real* bond = nullptr;            ///< by entry: X and V, packed by four [m], [m^3]

@@ -54,6 +54,21 @@ PERIMPM_INLINE T mean_length(const T& square, const T& longer) {
     return sqrt(larger(square + longer, T(0)));
 }
 
+/// Adds S (|Y-| - |X| - e_p |X|)/|Y-| X (x) X of a bond: xx xy xz yy yz zz. `own`: S, or S |X|^2 unless it `is_exact`;
+/// yield(longer, both) takes what e_p means from |Y-|^2 - |X|^2, a product with both = |Y-| + |X|.
+template <class P, class T, class Yield>
+PERIMPM_INLINE void add_averaged(const P X[3], const T twice_strain[6], const P& length, const P& own, bool is_exact,
+                                 const Yield& yield, P sum[6]) {
+    const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
+    P longer = XX[0] * twice_strain[0];  // X.(2 E X): costs no digits where strains are small
+    for (int c = 1; c < 6; ++c) longer += XX[c] * twice_strain[c];
+    const P square = XX[0] + XX[3] + XX[5], z = mean_length<P>(square, longer), both = z + length;
+    yield(longer, both);
+    const P divisor = is_exact ? P(z * both) : P(z * both * square);
+    const P pull = own * (longer * inverse_length(divisor));
+    for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
+}
+
 template <class Real>
 class AveragedFamily {
     using P = Pack<Real>;
@@ -87,15 +102,11 @@ public:
         twice_strain(F, twice);
         P sum[8] = {};
         for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
-            const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
-            P longer = XX[0] * twice[0];  // |Y-|^2 - |X|^2 = X.(2 E X): costs no digits where strains are small
-            for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length = bonds.length(), square = XX[0] + XX[3] + XX[5];
-            const P z = mean_length<P>(square, longer), both = z + length;
-            if (strain) longer -= length * bonds.load(strain) * both;
-            const P divisor = at_.own_is_exact ? P(z * both) : P(z * both * square);
-            const P pull = own * (longer * inverse_length(divisor));
-            for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
+            const P length = bonds.length();
+            const auto yield = [&](P& longer, const P& both) PERIMPM_INLINE_LAMBDA {
+                if (strain) longer -= length * bonds.load(strain) * both;
+            };
+            add_averaged(X, twice, length, own, at_.own_is_exact, yield, sum);
         });
         reduce_four(sum, sums), reduce_four(sum + 4, sums + 4);
         for (int c = 0; c < 6; ++c) sums[c] *= scale(i);

@@ -41,12 +41,10 @@ public:
 
     /// AveragedFamily::sum_averaged.
     PERIMPM_INLINE void sum_averaged(const P F[9], P sums[6]) const {
-        constexpr std::true_type yes;
-        constexpr std::false_type no;
         if (at_.own_is_exact)
-            at_.strain < 0 ? sum_averaged(F, yes, no, sums) : sum_averaged(F, yes, yes, sums);
+            at_.strain < 0 ? sum_averaged_as<true, false>(F, sums) : sum_averaged_as<true, true>(F, sums);
         else
-            at_.strain < 0 ? sum_averaged(F, no, no, sums) : sum_averaged(F, no, yes, sums);
+            at_.strain < 0 ? sum_averaged_as<false, false>(F, sums) : sum_averaged_as<false, true>(F, sums);
     }
 
     /// sum w^ V_q H_q X, with V H of all particles in `stress`.
@@ -63,29 +61,26 @@ public:
     }
 
 private:
-    template <class Exact, class Yields>
-    PERIMPM_INLINE void sum_averaged(const P F[9], Exact, Yields, P sums[6]) const {
+    template <bool Exact, bool Yields>
+    PERIMPM_INLINE void sum_averaged_as(const P F[9], P sums[6]) const {
         P twice[6], sum[6];
         twice_strain(F, twice);
         for (P& each : sum) each = P(0);
         families_.for_each_bond([&](const SlicePack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             const P X[3] = {bonds.reference(0), bonds.reference(1), bonds.reference(2)};
-            const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
-            P longer = XX[0] * twice[0];
-            for (int c = 1; c < 6; ++c) longer += XX[c] * twice[c];
-            const P length = bonds.length(), square = XX[0] + XX[3] + XX[5];
-            const P z = mean_length<P>(square, longer), both = z + length;
-            if constexpr (Yields::value) longer -= length * bonds.load(b_.bond_state[at_.strain]) * both;
-            P own, divisor = z * both;
-            if constexpr (Exact::value)
+            const P length = bonds.length();
+            P own;
+            if constexpr (Exact)
                 own = bonds.constant(b_.bond_constants[at_.own]);
             else
-                own = influence(bonds, live) * bonds.volume(), divisor *= square;
-            const P pull = own * (longer * inverse_length(divisor));
-            for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
+                own = influence(bonds, live) * bonds.volume();
+            const auto yield = [&](P& longer, const P& both) PERIMPM_INLINE_LAMBDA {
+                if constexpr (Yields) longer -= length * bonds.load(b_.bond_state[at_.strain]) * both;
+            };
+            add_averaged(X, twice, length, own, Exact, yield, sum);
         });
         P scale(1);
-        if constexpr (!Exact::value)
+        if constexpr (!Exact)
             scale = families_.at(b_.particle_state[AveragedState::normalisation][0]) * families_.at(b_.volume);
         for (int c = 0; c < 6; ++c) sums[c] = scale * sum[c];
     }

@@ -32,8 +32,8 @@ public:
           at_{at},
           family_{{b, at}, {b, at}} {}
 
-    /// Slices together, other families one by one: there the second sweep of a family after the first of the next one, so
-    /// that neither waits for the other's sums.
+    /// Slices together, other families one by one: there the second sweep of a family after the first of the next one,
+    /// so that neither waits for the other's sums.
     void operator()() {
         for (std::uint32_t i = 0; i < b_.size;) {
             if (slice_at(i)) {
@@ -80,7 +80,7 @@ private:
     static void put(Real* to, const P& x, const P& y, const P& z, const P& w) {
         static_assert(kSumRecord == MeanRecord::kWidth);
         const P quad[4] = {x, y, z, w};
-        store_quads_apart<kSumRecord>(to, quad, FamilySlice<Real>::kSize);
+        store_quads_apart<kSumRecord>(to, quad);
     }
 
     void set_mean_deformation(std::uint32_t i) {

@@ -5,8 +5,8 @@
 #include "perimpm/peridynamics/family.hpp"
 
 /*! Families several at a time. With one of them in each lane (Slice) the same loop over bonds runs without gathering,
-    transposing and summing over lanes. Laws write it once, for `OneFamily` (lanes are bonds) and `FamilySlice` (lanes are
-    particles). */
+    transposing and summing over lanes. Laws write it once, for `OneFamily` (lanes are bonds) and `FamilySlice` (lanes
+    are particles). */
 namespace perimpm::peridynamics {
 
 /// The bonds of the block's particle i, a pack of them at a time. What sums over them is spread over the lanes.
@@ -44,7 +44,8 @@ private:
     std::size_t i_;
 };
 
-/// An entry of a slice: lane l shows the bond of the l-th family.
+/// An entry of a slice: lane l shows the bond of the l-th family. A lane whose family lacks it shows a particle that is no
+/// neighbour, with the entry's X: what it gives must be multiplied by `live` or by a constant, which is 0 there.
 template <class Real>
 struct SlicePack {
     std::size_t neighbour;  ///< of the first family
@@ -53,7 +54,7 @@ struct SlicePack {
     const Real* seen;            ///< X and V
     const std::uint32_t* slots;  ///< by lane
 
-    /// Value of a per-bond field. Lanes without the bond show another one.
+    /// Value of a per-bond field. Lanes without the bond show another one, which its owner may be writing.
     PERIMPM_INLINE Pack<Real> load(const Real* field) const {
         return Pack<Real>([&](std::size_t lane) { return field[slots[lane]]; });
     }
@@ -71,8 +72,8 @@ struct SlicePack {
     }
 };
 
-/// The families of a slice, one in each lane: no transposes, no sums over lanes, and a neighbour's numbers are read in a
-/// row.
+/// The families of a slice, one in each lane: no transposes, no sums over lanes, and a neighbour's numbers are read in
+/// a row.
 template <class Real>
 class FamilySlice {
     using P = Pack<Real>;
@@ -83,7 +84,7 @@ public:
     /// Whether the block's families from particle i on are a slice, and none of them lost bonds.
     static bool begins_at(const Block<Real>& b, std::uint32_t i) {
         const Families<Real>& f = b.family;
-        if (!f.slices.slice || (b.first + i) % kSize != 0 || i + kSize > b.size || slice_of(b, i).size == 0)
+        if (f.slices.lanes != kSize || (b.first + i) % kSize != 0 || i + kSize > b.size || slice_of(b, i).size == 0)
             return false;
         return !f.damage ||
                std::all_of(f.damage + i, f.damage + i + kSize, [](std::uint32_t lost) { return lost == 0; });
@@ -114,7 +115,7 @@ public:
         values.copy_to(of_block + i_, std::experimental::element_aligned);
     }
     PERIMPM_INLINE void put_quad(Real* of_block, const P quad[4]) const {
-        store_quads_apart<4>(of_block + 4 * std::size_t{i_}, quad, kSize);
+        store_quads_apart<4>(of_block + 4 * std::size_t{i_}, quad);
     }
 
 private:
@@ -144,8 +145,8 @@ private:
     Slice slice_;
 };
 
-/// Calls body(families) for the block's particles, several of them in lanes where they are slices, one by one elsewhere;
-/// `families` is a OneFamily or a FamilySlice.
+/// Calls body(families) for the block's particles, several of them in lanes where they are slices, one by one
+/// elsewhere; `families` is a OneFamily or a FamilySlice.
 template <class Real, class Body>
 PERIMPM_INLINE void for_each_family(const Block<Real>& b, Body body) {
     for (std::uint32_t i = 0; i < b.size;) {
