@@ -96,7 +96,7 @@ struct MergedFamilies {
     bool merge(const Bonds& bonds, const Real* reference, std::uint32_t first, std::uint32_t lanes, std::size_t most) {
         entries.clear(), masks.clear(), bond.clear();
         is_whole = true;
-        std::copy_n(bonds.row.data() + first, lanes, next_);
+        next_.assign(bonds.row.data() + first, bonds.row.data() + first + lanes);
         const std::int64_t last = static_cast<std::int64_t>(bonds.row.size()) - 1 - lanes - first;
         for (;;) {
             std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
@@ -130,7 +130,7 @@ private:
         return {offset, {other[0] - own[0], other[1] - own[1], other[2] - own[2]}, other[3]};
     }
 
-    std::uint32_t next_[Slices<Real>::kMostLanes];  ///< by lane: slot of the bond that comes next
+    std::vector<std::uint32_t> next_;  ///< by lane: slot of the bond that comes next
 };
 
 template <class T>
@@ -187,9 +187,9 @@ void BondConstants<Real>::share(const Bonds& bonds, const Real* reference, std::
         end += size;
     }
     for (AlignedArray<Real>* numbers : arrays) {
-        AlignedArray<Real> shared(end, kSlotPadding);
-        std::copy_n(numbers->data(), end, shared.data());
-        *numbers = std::move(shared);
+        const AlignedArray<Real> before = std::move(*numbers);
+        *numbers = AlignedArray<Real>(end, kSlotPadding);
+        for (std::size_t k = 0; k < end; ++k) (*numbers)[k] = before[k];
     }
     if (lanes > 0) make_slices(bonds, reference, lanes);
 }
