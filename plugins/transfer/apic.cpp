@@ -2,8 +2,8 @@
       (1) m_I v_I = sum_p w_Ip m_p (v_p + C_p (x_I - x_p))         particles to grid, their eq. 8
       (2) v_p = sum_I w_Ip v_I                                     grid to particles
       (3) C_p = B_p D^-1,  B_p = sum_I w_Ip v_I (x_I - x_p)^T,  D = dx^2/4 (quadratic), dx^2/3 (cubic)   their eq. 9-10
-          linear splines: C_p = sum_I v_I (grad w_Ip)^T, since D is singular at nodes
-    Conserves linear momentum, and with quadratic and cubic splines angular momentum, too: C of linear splines is not (3). */
+          linear splines, whose D is singular at nodes: particles carry B_p, and w_Ip C_p (x_I - x_p) is B_p grad w_Ip
+    Conserves linear and angular momentum. */
 #include "perimpm/plugin/plugin.hpp"
 #include "perimpm/transfer/bspline_transfer.hpp"
 
@@ -28,4 +28,4 @@ using Apic = bspline::Transfer<Real, Scheme>;
 }  // namespace
 
 PERIMPM_PLUGIN(TransferKernel, Apic, kParams,
-               "affine particle-in-cell: conserves linear momentum, with order 2 and 3 angular momentum, too")
+               "affine particle-in-cell: conserves linear and angular momentum")

@@ -5,19 +5,13 @@ namespace perimpm {
 
 namespace {
 
-/// Spin that a particle's affine velocity field carries: m D e_ijk C_kj (Jiang et al. 2015, section 5.3.1). D depends
-/// on the position for linear splines: f (1 - f) dx^2 along each axis.
+/// Spin that a particle's affine velocity field carries: m e_ijk B_kj (Jiang et al. 2015, section 5.3.1).
 template <class Real>
 Vec3 affine_spin(const World<Real>& w, std::size_t p) {
-    const double dx = w.spacing();
+    constexpr double kMoment[] = {0, kSecondMoment<1>, kSecondMoment<2>, kSecondMoment<3>};
     const auto C = [&](int r, int c) { return static_cast<double>(w.C[3 * r + c][p]); };
-    Vec3 D = Vec3::Constant(dx * dx * (w.transfer_needs.order == 2 ? kSecondMoment<2> : kSecondMoment<3>));
-    for (int c = 0; w.transfer_needs.order == 1 && c < 3; ++c) {
-        const double u = static_cast<double>(w.x[c][p]) / dx, f = u - std::floor(u);
-        D[c] = dx * dx * f * (1 - f);
-    }
-    return static_cast<double>(w.mass[p]) *
-           Vec3(D[1] * C(2, 1) - D[2] * C(1, 2), D[2] * C(0, 2) - D[0] * C(2, 0), D[0] * C(1, 0) - D[1] * C(0, 1));
+    return static_cast<double>(w.mass[p]) * kMoment[w.transfer_needs.order] * w.spacing() * w.spacing() *
+           Vec3(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
 }
 
 }  // namespace

@@ -113,8 +113,8 @@ PERIMPM_INLINE void update_deformation(const Field<Real>& F, std::size_t at, std
 template <class Scheme, class Real, int Order, bool mls, bool Local>
 void gather(TransferBlock<Real>& b, const Scheme& scheme) {
     using P = Pack<Real>;
-    constexpr bool gradient = (Local && !mls) || (Scheme::affine && Order == 1);
-    constexpr bool moment = Order > 1 && (Scheme::affine || (Local && mls));
+    constexpr bool gradient = Local && !mls;
+    constexpr bool moment = Scheme::affine || (Local && mls);
     const Real inverse_spacing = 1 / b.spacing;
     const Real moment_scale = inverse_spacing * Real(1 / kSecondMoment<Order>);
     P fastest(0), total(0);
@@ -155,7 +155,7 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
                     if constexpr (gradient) G[c][j] = inverse_spacing * now.gradient[j][c].pack(p);
                     if constexpr (moment)
                         M[c][j] = moment_scale * (now.moment[j][c].pack(p) - s.offset[j].pack(p) * v[c]);
-                    if constexpr (Scheme::affine) store(b.C[3 * c + j] + at, Order > 1 ? M[c][j] : G[c][j], count);
+                    if constexpr (Scheme::affine) store(b.C[3 * c + j] + at, M[c][j], count);
                 }
             if constexpr (Local) {
                 for (int c = 0; c < 9; ++c) G[c / 3][c % 3] = b.dt * (mls ? M[c / 3][c % 3] : G[c / 3][c % 3]);

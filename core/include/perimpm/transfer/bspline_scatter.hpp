@@ -76,19 +76,22 @@ void add_to_tile(Real* tile, const Stencils<Real, Order>& s, const QuadWeights<R
     });
 }
 
-/// Scheme::affine adds m C d to the momentum; Scheme::increment keeps impulses apart so that the grid knows the velocity
-/// before forces. With `mls` the stress goes into A (Hu et al. 2018, eq. 16), else into S.
+/// Scheme::affine adds m C d to the momentum, with linear splines m B grad w_I (B is C dx^2 there);
+/// Scheme::increment keeps impulses apart so that the grid knows the velocity before forces. With `mls` the stress goes
+/// into A (Hu et al. 2018, eq. 16), else into S.
 template <class Scheme, class Real, int Order, bool mls, bool Local>
 void scatter(TransferBlock<Real>& b) {
     using P = Pack<Real>;
-    constexpr bool together = !Scheme::increment, slopes = Local && !mls;
-    constexpr bool linear = Scheme::affine || (together && Local && mls), stress = together && slopes;
+    constexpr bool together = !Scheme::increment, stress = Local && !mls;
+    constexpr bool affine = Scheme::affine && Order > 1, affine_slopes = Scheme::affine && Order == 1;
+    constexpr bool slopes = stress || affine_slopes;
+    constexpr bool total_A = affine || (together && Local && mls), total_S = affine_slopes || (together && stress);
     const Real inverse_spacing = 1 / b.spacing;
     for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
         Stencils<Real, Order> s;
         QuadWeights<Real, Order, slopes> weight;
-        Deposit<Real, linear, stress> total;
-        Deposit<Real, Local && mls, slopes> impulse;
+        Deposit<Real, total_A, total_S> total;
+        Deposit<Real, Local && mls, stress> impulse;
         for (std::size_t p = 0; p < size; p += kLanes<Real>) {
             const std::size_t at = first + p, count = std::min(kLanes<Real>, size - p);
             P x[3], offset[3];
@@ -96,12 +99,12 @@ void scatter(TransferBlock<Real>& b) {
             s.set(p, x, b.origin, [&](const auto* splines) { weight.store(p, splines); });
             for (int c = 0; c < 3; ++c) offset[c] = s.offset[c].pack(p);
             const P m = load(b.mass + at, count);
-            P q[4] = {P(0), P(0), P(0), m}, f[4] = {P(0), P(0), P(0), P(0)}, A[3][4] = {}, G[3][4] = {};
+            P q[4] = {P(0), P(0), P(0), m}, f[4] = {P(0), P(0), P(0), P(0)}, A[3][4] = {}, S[3][4] = {}, G[3][4] = {};
             for (int c = 0; c < 3; ++c) {
                 q[c] = m * load(b.v[c] + at, count);
                 if constexpr (!Local) f[c] = b.dt * load(b.force[c] + at, count);
                 for (int j = 0; Scheme::affine && j < 3; ++j)
-                    A[j][c] = (m * b.spacing) * load(b.C[3 * c + j] + at, count);
+                    (affine ? A : S)[j][c] = (m * b.spacing) * load(b.C[3 * c + j] + at, count);
             }
             if constexpr (Local) {
                 constexpr Real kScale = mls ? Real(1 / kSecondMoment<Order>) : Real(1);
@@ -113,23 +116,23 @@ void scatter(TransferBlock<Real>& b) {
             if constexpr (together) {
                 for (int c = 0; c < 3; ++c) {
                     q[c] += f[c];
-                    for (int j = 0; Local && mls && j < 3; ++j) A[j][c] += G[j][c];
+                    for (int j = 0; Local && j < 3; ++j) (mls ? A : S)[j][c] += G[j][c];
                 }
             } else {
                 for (int c = 0; c < 3; ++c)
                     for (int j = 0; Local && mls && j < 3; ++j) f[c] -= G[j][c] * offset[j];
                 impulse.q.store(p, f);
                 for (int j = 0; Local && mls && j < 3; ++j) impulse.A[j].store(p, G[j]);
-                for (int j = 0; slopes && j < 3; ++j) impulse.S[j].store(p, G[j]);
+                for (int j = 0; stress && j < 3; ++j) impulse.S[j].store(p, G[j]);
             }
             for (int c = 0; c < 3; ++c)
-                for (int j = 0; linear && j < 3; ++j) q[c] -= A[j][c] * offset[j];
+                for (int j = 0; total_A && j < 3; ++j) q[c] -= A[j][c] * offset[j];
             total.q.store(p, q);
-            for (int j = 0; linear && j < 3; ++j) total.A[j].store(p, A[j]);
-            for (int j = 0; stress && j < 3; ++j) total.S[j].store(p, G[j]);
+            for (int j = 0; total_A && j < 3; ++j) total.A[j].store(p, A[j]);
+            for (int j = 0; total_S && j < 3; ++j) total.S[j].store(p, S[j]);
         }
-        add_to_tile<linear, stress>(b.tile, s, weight, total, size);
-        if constexpr (!together) add_to_tile<Local && mls, slopes>(b.increment, s, weight, impulse, size);
+        add_to_tile<total_A, total_S>(b.tile, s, weight, total, size);
+        if constexpr (!together) add_to_tile<Local && mls, stress>(b.increment, s, weight, impulse, size);
     });
 }
 
