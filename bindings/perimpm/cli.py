@@ -44,8 +44,16 @@ def _explain(args: argparse.Namespace) -> None:
     print(explain(Simulation(args.scene, args.overrides, args.threads)), end="")
 
 
+def _summary(model: str) -> str:
+    try:
+        return describe(model).summary
+    except InputError as error:
+        return f"cannot be opened: {error}"
+
+
 def _plugins(_: argparse.Namespace) -> None:
-    console().print(table("", ("family", "models"), [(f, " ".join(names)) for f, names in plugins().items()]))
+    rows = [(family, model, _summary(model)) for family, models in plugins().items() for model in models]
+    console().print(table("perimpm describe MODEL shows its parameters", ("family", "model", "what it is"), rows))
 
 
 def _describe(args: argparse.Namespace) -> None:

@@ -95,7 +95,9 @@ def test_failed_simulation_exits_with_3(scene: str, tmp_path: Path, capsys: pyte
 
 def test_plugins_and_describe(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plugins"]) == 0
-    assert "critical_stretch" in capsys.readouterr().out
+    listed = capsys.readouterr().out
+    assert "critical_stretch" in listed
+    assert "affine particle-in-cell" in listed
     assert main(["describe", "pd_elastic"]) == 0
     assert "horizon" in capsys.readouterr().out
     assert main(["describe", "scene"]) == 0
