@@ -110,8 +110,6 @@ void evaluate(const py::object& function, double t, std::size_t n, const double*
     std::copy_n(array.data(), 3 * n, values);
 }
 
-/// A Ctrl-C that arrives inside the callable must not cut the step in two: it is called once more, and the signal kept
-/// for the end of the step.
 ConditionFunction to_function(py::object callable) {
     // The last reference may go while the interpreter lock is not held.
     const std::shared_ptr<py::object> shared(new py::object(std::move(callable)), [](py::object* object) {
@@ -120,13 +118,7 @@ ConditionFunction to_function(py::object callable) {
     });
     return [shared](double t, std::size_t n, const double* X, double* values) {
         const py::gil_scoped_acquire gil;
-        try {
-            evaluate(*shared, t, n, X, values);
-        } catch (py::error_already_set& error) {
-            if (!error.matches(PyExc_KeyboardInterrupt)) throw;
-            evaluate(*shared, t, n, X, values);
-            PyErr_SetInterrupt();
-        }
+        uninterrupted([&] { evaluate(*shared, t, n, X, values); });
     };
 }
 
@@ -162,11 +154,12 @@ Relaxation relax_simulation(SharedSimulation& shared, double residual, std::uint
     return found;
 }
 
-/// A read of the simulation that refuses while another thread steps it.
+/// A read of the simulation that refuses while another thread steps it. Laws in Python may be called by several threads.
 template <class Function>
 auto guarded(Function read) {
     return [read](SharedSimulation& shared) {
         const auto lock = shared.lock();
+        const py::gil_scoped_release release;
         return read(shared.get());
     };
 }
@@ -293,6 +286,7 @@ void bind_simulation(py::module_& m) {
             "written",
             [](SharedSimulation& shared, const std::string& field) {
                 const auto lock = shared.lock();
+                const py::gil_scoped_release release;
                 shared.get().written(field);
             },
             py::arg("field"))

@@ -24,6 +24,7 @@ PYBIND11_MODULE(_core, m) {
                                 "The simulation itself failed: a NaN, a particle that left the domain.");
     bind_geometry(m);
     bind_registry(m);
+    bind_laws(m);
     bind_scene(m);
     bind_particles(m);
     bind_simulation(m);

@@ -9,6 +9,7 @@
 from ._core import InputError, SimulationError, __version__
 from .describe import Description, describe, plugins
 from .explain import explain
+from .laws import Law, Parameter
 from .particles import Particles
 from .simulation import Simulation
 from .surfaces import surfaces
@@ -16,6 +17,8 @@ from .surfaces import surfaces
 __all__ = [
     "Description",
     "InputError",
+    "Law",
+    "Parameter",
     "Particles",
     "Simulation",
     "SimulationError",

@@ -27,5 +27,4 @@ template <class Real>
 using Apic = bspline::Transfer<Real, Scheme>;
 }  // namespace
 
-PERIMPM_PLUGIN(TransferKernel, Apic, kParams,
-               "affine particle-in-cell: conserves linear and angular momentum")
+PERIMPM_PLUGIN(TransferKernel, Apic, kParams, "affine particle-in-cell: conserves linear and angular momentum")

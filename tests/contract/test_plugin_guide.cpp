@@ -33,7 +33,9 @@ std::vector<std::string> blocks_of(const std::string& guide, const std::string& 
 TEST_CASE("plugin guide: the quoted code is the compiled file's", "[contract]") {
     const std::string guide = text_of(kRoot / "plugins/README.md");
     const fs::path project = kRoot / "tests/out_of_tree";
-    for (const auto& [language, file] : {std::pair{"cpp", "saint_venant_kirchhoff.cpp"}, {"cmake", "CMakeLists.txt"}}) {
+    for (const auto& [language, file] : {std::pair{"cpp", "saint_venant_kirchhoff.cpp"},
+                                         {"cmake", "CMakeLists.txt"},
+                                         {"python", "python/constitutive/saint_venant_kirchhoff.py"}}) {
         const auto blocks = blocks_of(guide, language);
         REQUIRE_FALSE(blocks.empty());
         for (const std::string& block : blocks) {
@@ -48,6 +50,6 @@ TEST_CASE("plugin guide: its links lead somewhere", "[contract]") {
     for (std::size_t at = guide.find("]("); at != std::string::npos; at = guide.find("](", at + 1)) {
         const std::string link = guide.substr(at + 2, guide.find(')', at) - at - 2);
         CAPTURE(link);
-        CHECK(fs::exists(kRoot / "plugins" / link));
+        if (!link.starts_with("#")) CHECK(fs::exists(kRoot / "plugins" / link));
     }
 }

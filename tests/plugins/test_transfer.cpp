@@ -199,7 +199,8 @@ TEMPLATE_TEST_CASE("transfer: gather moves with the grid's velocity and updates 
                     CHECK((tile.x(p) - (before[p] + dt * (v0 + L * before[p]))).norm() <= 50 * eps);
                     CHECK((tile.F(p) - (Matrix3d::Identity() + dt * L)).norm() <= 50 * eps);
                     if (std::string(name) != "flip") CHECK((tile.v(p) - (v0 + L * before[p])).norm() <= 500 * eps);
-                    if (std::string(name) == "apic") CHECK((tile.C(p) - L * moments(order, before[p])).norm() <= 5000 * eps);
+                    if (std::string(name) == "apic")
+                        CHECK((tile.C(p) - L * moments(order, before[p])).norm() <= 5000 * eps);
                 }
             }
 }

@@ -22,6 +22,7 @@ struct Registry {
     std::mutex mutex;
     std::map<std::pair<Family, std::string>, Plugin> plugins;  ///< a map, so that references stay valid
     std::map<std::string, void*> modules;                      ///< handles by name
+    ScriptOpener open_script = nullptr;
 };
 
 Registry& registry() {
@@ -39,8 +40,19 @@ std::string find_or_explain(Family family, const std::string& name) {
         name, suggestion(name, names), path ? fmt::format("now '{}'", path) : "which is not set")};
 }
 
+Plugin load_script(const std::string& name, const std::string& file) {
+    if (!registry().open_script)
+        throw InputError{file,
+                         "this law is a Python class, and there is no Python in this program\n  use the command "
+                         "perimpm, or import perimpm"};
+    std::shared_ptr<const ScriptedLaw> law = registry().open_script(file);
+    const PluginDescriptor* descriptor = &law->descriptor;
+    return {name, file, descriptor, std::move(law)};
+}
+
 Plugin load(Family family, const std::string& name) {
     const std::string file = find_or_explain(family, name);
+    if (is_script(file)) return load_script(name, file);
     Library library = open_library(file);
     const auto* stamp = static_cast<const AbiStamp*>(find_symbol(library, "perimpm_abi_stamp"));
     if (!stamp) {
@@ -57,7 +69,7 @@ Plugin load(Family family, const std::string& name) {
                                            family_name(descriptor->family), family_name(family))};
     }
     library.release();
-    return {name, file, descriptor};
+    return {name, file, descriptor, nullptr};
 }
 
 void* load_module(const std::string& name) {
@@ -84,11 +96,17 @@ const char* family_name(Family family) {
 
 const Plugin& open_plugin(Family family, const std::string& name) {
     Registry& r = registry();
-    const std::lock_guard lock{r.mutex};
     const std::pair key{family, name};
-    if (const auto found = r.plugins.find(key); found != r.plugins.end()) return found->second;
-    return r.plugins.emplace(key, load(family, name)).first->second;
+    {
+        const std::lock_guard lock{r.mutex};
+        if (const auto found = r.plugins.find(key); found != r.plugins.end()) return found->second;
+    }
+    Plugin opened = load(family, name);  // without the lock: a script may open plugins itself
+    const std::lock_guard lock{r.mutex};
+    return r.plugins.emplace(key, std::move(opened)).first->second;
 }
+
+void set_script_opener(ScriptOpener opener) { registry().open_script = opener; }
 
 std::vector<std::string> opened_plugins() {
     Registry& r = registry();

@@ -52,6 +52,12 @@ std::vector<fs::path> plugin_folders() {
                     family_name(family), name, a, b)};
 }
 
+/// Scripts whose names begin with '_' are what others import.
+bool is_plugin_file(Family family, const fs::path& file) {
+    if (file.extension() == ".so") return true;
+    return is_script(file) && family == Family::constitutive && file.filename().native().front() != '_';
+}
+
 /// Baseline file by name.
 std::map<std::string, std::string> files_by_name(Family family) {
     std::map<std::string, std::string> files;
@@ -59,7 +65,7 @@ std::map<std::string, std::string> files_by_name(Family family) {
         const fs::path place = folder / family_name(family);
         if (!fs::is_directory(place)) continue;
         for (const fs::directory_entry& entry : fs::directory_iterator{place}) {
-            if (!entry.is_regular_file() || entry.path().extension() != ".so") continue;
+            if (!entry.is_regular_file() || !is_plugin_file(family, entry.path())) continue;
             const auto [found, is_new] = files.emplace(entry.path().stem(), entry.path());
             if (!is_new) refuse_duplicate(family, found->first, found->second, entry.path());
         }
@@ -70,6 +76,8 @@ std::map<std::string, std::string> files_by_name(Family family) {
 }  // namespace
 
 void check_plugin_path() { path_entries(); }
+
+bool is_script(const std::string& file) { return fs::path{file}.extension() == ".py"; }
 
 std::string best_variant(const std::string& baseline) {
     const fs::path file{baseline};
@@ -85,12 +93,13 @@ std::optional<std::string> find_plugin(Family family, const std::string& name) {
     const auto files = files_by_name(family);
     if (const auto found = files.find(name); found != files.end()) result = found->second;
     if (name.empty() || name.find('/') != std::string::npos) return result;
-    for (const fs::path& folder : plugin_folders()) {
-        const fs::path flat = folder / (name + ".so");
-        if (!fs::is_regular_file(flat)) continue;
-        if (result) refuse_duplicate(family, name, *result, flat);
-        result = flat;
-    }
+    for (const fs::path& folder : plugin_folders())
+        for (const char* extension : {".so", ".py"}) {
+            const fs::path flat = folder / (name + extension);
+            if (!fs::is_regular_file(flat) || !is_plugin_file(family, flat)) continue;
+            if (result) refuse_duplicate(family, name, *result, flat);
+            result = flat;
+        }
     return result;
 }
 

@@ -7,7 +7,10 @@
 
 namespace perimpm {
 
-/// The baseline file that should hold the plugin: listed under the family, or <name>.so directly in a folder, whose
+/// Whether the file is Python's.
+bool is_script(const std::string& file);
+
+/// The baseline file that should hold the plugin: listed under the family, or <name>.so or .py directly in a folder, whose
 /// family shows only when it is opened. Throws InputError when more than one file is in question.
 std::optional<std::string> find_plugin(Family family, const std::string& name);
 

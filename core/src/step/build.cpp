@@ -297,7 +297,8 @@ void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m,
         const Vec3& x = points[p];
         const Vec3 v = spec.velocity + spec.angular_velocity.cross(x - body.center);
         for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
-        for (int c = 0; w.transfer_needs.affine && c < 9; ++c) {  // a spinning body starts as the affine field that it is
+        for (int c = 0; w.transfer_needs.affine && c < 9;
+             ++c) {  // a spinning body starts as the affine field that it is
             const double share = w.transfer_needs.order == 1 ? linear_second_moment(x[c % 3] / w.spacing()) : 1.0;
             w.C[c][at] = static_cast<Real>(share * spec.angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
         }

@@ -51,8 +51,10 @@ void add_common(World<Real>& w, std::size_t first, std::size_t size, std::vector
     out.push_back(view({"x", "m", "position"}, w.x.view(), first, size, 3));
     out.push_back(view({"v", "m/s", "velocity"}, w.v.view(), first, size, 3));
     if (!w.C.empty())
-        out.push_back(view({"C", "1/s", "affine velocity of the transfer, row-major; with linear splines times D / dx^2", w.scene.transfer.type},
-                           w.C.view(), first, size, 9));
+        out.push_back(
+            view({"C", "1/s", "affine velocity of the transfer, row-major; with linear splines times D / dx^2",
+                  w.scene.transfer.type},
+                 w.C.view(), first, size, 9));
     out.push_back(view({"mass", "kg", "mass"}, Field<Real>{w.mass.data(), 0}, first, size, 1));
     out.push_back(view({"volume", "m^3", "reference volume"}, Field<Real>{w.volume.data(), 0}, first, size, 1));
     out.push_back(view({"id", "1", "number of the particle, the same for the whole run"}, w.id.data() + first, size));

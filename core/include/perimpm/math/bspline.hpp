@@ -45,7 +45,9 @@ struct BSpline {
 /// Particles carry C = B D^-1 with D = kSecondMoment dx^2, the spline's second moment for degrees 2 and 3 (Jiang et al.
 /// 2015, below eq. 8). That of degree 1 is linear_second_moment(x) dx^2, zero at nodes: C is B / dx^2 there.
 template <int Order>
-inline constexpr double kSecondMoment = Order == 1 ? 1.0 : Order == 2 ? 1.0 / 4 : 1.0 / 3;
+inline constexpr double kSecondMoment = Order == 1   ? 1.0
+                                        : Order == 2 ? 1.0 / 4
+                                                     : 1.0 / 3;
 inline double linear_second_moment(double x) {
     const double f = x - std::floor(x);
     return f * (1 - f);

@@ -19,17 +19,29 @@ struct PluginFile {
     std::string path;  ///< the variant for this machine's instruction set, see `installed`
 };
 
-/// An opened plugin; libraries stay open while the process lives.
+/// A constitutive law that a script holds instead of a library.
+struct ScriptedLaw {
+    PluginDescriptor descriptor;  ///< its functions are null
+    std::function<std::unique_ptr<ConstitutiveLaw<float>>(const Params&)> create_float;
+    std::function<std::unique_ptr<ConstitutiveLaw<double>>(const Params&)> create_double;
+};
+
+/// An opened plugin; libraries and scripts stay open while the process lives.
 struct Plugin {
     std::string name;
     std::string path;
     const PluginDescriptor* descriptor;
+    std::shared_ptr<const ScriptedLaw> script;  ///< null for libraries
 };
 
+/// Opens a script; throws InputError. Set by whoever can run scripts: Python's module perimpm.
+using ScriptOpener = std::shared_ptr<const ScriptedLaw> (*)(const std::string& file);
+PERIMPM_API void set_script_opener(ScriptOpener opener);
+
 /// All plugin files of a family, sorted by name, from `library_folder()`/plugins and the folders of PERIMPM_PLUGIN_PATH
-/// (separated by ':'). A folder holds <family>/<name>.so; beside it x86-64-v3/<name>.so and x86-64-v4/<name>.so are
+/// (separated by ':'). A folder holds <family>/<name>.so, constitutive/<name>.py without a leading '_', too; beside it x86-64-v3/<name>.so and x86-64-v4/<name>.so are
 /// variants, of which the highest that the machine supports is taken (PERIMPM_ISA forces a lower one).
-/// Opens nothing; a file <name>.so directly in a folder is therefore not listed, but `open_plugin` finds it.
+/// Opens nothing; a file <name>.so or .py directly in a folder is therefore not listed, but `open_plugin` finds it.
 /// Throws InputError for a name found in two folders, a missing folder and an unknown or unsupported PERIMPM_ISA.
 PERIMPM_API std::vector<PluginFile> installed(Family family);
 
@@ -46,8 +58,17 @@ using ModelPtr = std::unique_ptr<Interface<Real>, std::function<void(Interface<R
 /// Creates a model. Throws whatever the model's constructor throws.
 template <template <class> class Interface, class Real>
 ModelPtr<Interface, Real> create(const std::string& name, const Params& params) {
-    const PluginDescriptor& d = *open_plugin(detail::FamilyOf<Interface>::value, name).descriptor;
+    const Plugin& plugin = open_plugin(detail::FamilyOf<Interface>::value, name);
+    const PluginDescriptor& d = *plugin.descriptor;
     constexpr bool is_float = std::is_same_v<Real, float>;
+    if constexpr (detail::FamilyOf<Interface>::value == Family::constitutive) {
+        if (const ScriptedLaw* script = plugin.script.get()) {
+            if constexpr (is_float)
+                return {script->create_float(params).release(), std::default_delete<Interface<Real>>()};
+            else
+                return {script->create_double(params).release(), std::default_delete<Interface<Real>>()};
+        }
+    }
     auto* model = static_cast<Interface<Real>*>((is_float ? d.create_float : d.create_double)(params));
     return {model, [destroy = is_float ? d.destroy_float : d.destroy_double](Interface<Real>* m) { destroy(m); }};
 }
