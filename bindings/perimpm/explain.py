@@ -35,6 +35,10 @@ def _off(value: float, asked: float) -> str:
     return "unstable" if isinf(value) else f"{round(100 * (value / asked - 1), 2) + 0.0:+.2f} %"
 
 
+def _span(of: _core.FamilyStiffness, asked: float) -> str:
+    return "-" if isnan(of.softest) else f"{_off(of.softest, asked)} to {_off(of.stiffest, asked)}"
+
+
 def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for s in measured:
@@ -48,9 +52,9 @@ def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[s
                 count,
                 _off(s.bulk.youngs_modulus, asked),
                 _si(s.bulk.poisson_ratio, "") if s.dimension > 1 else "-",
-                f"{_off(s.bulk.softest, asked)} to {_off(s.bulk.stiffest, asked)}",
+                _span(s.bulk, asked),
                 _si(s.wave_speed, "m/s"),
-                f"{_off(s.worst.softest, asked)} to {_off(s.worst.stiffest, asked)}{at}",
+                _span(s.worst, asked) + at,
                 str(s.unstable_particles),
             )
         )

@@ -131,13 +131,17 @@ class Simulation:
         ------
         SimulationError : `max_steps` did not suffice.
         """
+        if not residual > 0:
+            raise _core.InputError(f"relax(residual={residual!r}): expected a number above 0")
+        if not isinstance(max_steps, Integral) or max_steps < 1:
+            raise _core.InputError(f"relax(max_steps={max_steps!r}): expected a whole number of steps, 1 or more")
         with self._watch.around_steps(self._core):
-            return self._core.relax(residual, max_steps)
+            return self._core.relax(residual, int(max_steps))
 
     def measure_stiffness(self) -> list[_core.MeasuredStiffness]:
-        """Small-strain stiffness that the families of each material have as the scene starts, beside what was asked for.
+        """Small-strain stiffness that the particles of each material have as the scene starts, beside what was asked for.
 
-        From the energies of all particles under small affine strains; bulk and surface apart. Local laws are exact.
+        From the energies of all particles under small affine strains; bulk and surface apart. NaN for laws without energy.
         """
         return self._core.measure_stiffness()
 

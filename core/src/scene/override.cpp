@@ -33,8 +33,12 @@ Value parse_value(const std::string& path, const std::string& text) {
     } catch (const InputError&) {
         // The parser's position would count in a line that the user never wrote; the text itself says more.
     }
-    throw InputError{"--set " + path,
-                     fmt::format("'{0}' is not a TOML value\n  a text needs quotes: --set '{1}=\"{0}\"'", text, path)};
+    const bool is_word = text.find_first_of("{}[]\"'=") == std::string::npos;
+    throw InputError{
+        "--set " + path,
+        fmt::format("'{}' is not a TOML value\n  {}", text,
+                    is_word ? fmt::format("a text needs quotes: --set '{}=\"{}\"'", path, text)
+                            : "is a bracket or a quote missing? --set 'name={ key = 1.0, other = \"text\" }'")};
 }
 
 /// The place of an override is its dotted path.

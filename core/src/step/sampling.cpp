@@ -47,7 +47,7 @@ void refuse_too_many(const BodySpec& body, double spacing, double count) {
         (key ? *key : body.source).place.text(),
         fmt::format(
             "body '{}' with particles {:g} m apart brings the scene to about {:.2g} particles, which take {:.2g} "
-            "GB or more; this machine has {:.2g} GB: use a larger {}",
+            "GB or more; this machine has {:.2g} GB: use a larger {} (lengths are in m)",
             body.name, spacing, count, 1e-9 * count * kBytesPerParticle, 1e-9 * memory,
             body.particle_spacing ? "particle_spacing" : "grid.spacing"));
 }

@@ -1,6 +1,6 @@
-/*! Stiffness as families have it. W(e), the energy per volume of a particle under the affine strain e, is e C e/2 for small e:
+/*! Stiffness as particles have it. W(e), the energy per volume of a particle under the affine strain e, is e C e/2 for small e:
       (1) C_ii = 2 W(e_i),  C_ij = W(e_i + e_j) - W(e_i) - W(e_j)    e_i: unit strains in Voigt's order
-      (2) W(e) = [W(+s e) + W(-s e) - 2 W(0)]/(2 s^2),  s = 1e-6     odd orders cancel */
+      (2) W(e) = [W(+s e) + W(-s e) - 2 W(0)]/(2 s^2)                odd orders cancel */
 #include "perimpm/step/stiffness.hpp"
 
 #include <algorithm>
@@ -15,7 +15,6 @@ namespace perimpm {
 
 namespace {
 
-constexpr double kStrain = 1e-6;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Families with |sum V X| below this share of sum V |X| have no side on which neighbours are missing.
@@ -24,54 +23,56 @@ double balance_limit(const World<double>& w, std::uint32_t material) {
     return std::any_of(w.scene.bodies.begin(), w.scene.bodies.end(), irregular) ? 0.1 : 1e-4;
 }
 
-class Probe {
-public:
-    Probe(World<double>& w, Material<double>& m) : w_{w}, m_{m}, stiffness_(m.size, Stiffness::Zero()) {
-        std::vector<double> rest = energies(Stiffness::Zero().col(0), 1);
-        const auto along = [&](const VoigtStrain& e) {
-            std::vector<double> W = energies(e, kStrain);
-            const std::vector<double> other = energies(e, -kStrain);
-            for (std::size_t p = 0; p < m.size; ++p)
-                W[p] = (W[p] + other[p] - 2 * rest[p]) / (2 * kStrain * kStrain * w.volume[m.begin + p]);  // (2)
-            return W;
-        };
-        for (int i = 0; i < 6; ++i) {
-            const std::vector<double> W = along(VoigtStrain::Unit(i));
-            for (std::size_t p = 0; p < m.size; ++p) stiffness_[p](i, i) = 2 * W[p];  // (1)
-        }
-        for (int i = 0; i < 6; ++i)
-            for (int j = 0; j < i; ++j) {
-                const std::vector<double> W = along(VoigtStrain::Unit(i) + VoigtStrain::Unit(j));
-                for (std::size_t p = 0; p < m.size; ++p) {
-                    Stiffness& C = stiffness_[p];
-                    C(i, j) = C(j, i) = W[p] - (C(i, i) + C(j, j)) / 2;
-                }
+/// densities(F): by particle, the energy per volume under the affine deformation F [J/m^3]. s: see (2).
+template <class Densities>
+std::vector<Stiffness> stiffness_from(double s, const Densities& densities) {
+    const auto under = [&](const VoigtStrain& e) {
+        return densities(Eigen::Matrix3d(Eigen::Matrix3d::Identity() + strain_of(e)));
+    };
+    const std::vector<double> rest = under(VoigtStrain::Zero());
+    const auto along = [&](const VoigtStrain& e) {
+        std::vector<double> W = under(s * e);
+        const std::vector<double> other = under(-s * e);
+        for (std::size_t p = 0; p < W.size(); ++p) W[p] = (W[p] + other[p] - 2 * rest[p]) / (2 * s * s);  // (2)
+        return W;
+    };
+    std::vector<Stiffness> found(rest.size(), Stiffness::Zero());
+    for (int i = 0; i < 6; ++i) {
+        const std::vector<double> W = along(VoigtStrain::Unit(i));
+        for (std::size_t p = 0; p < W.size(); ++p) found[p](i, i) = 2 * W[p];  // (1)
+    }
+    for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < i; ++j) {
+            const std::vector<double> W = along(VoigtStrain::Unit(i) + VoigtStrain::Unit(j));
+            for (std::size_t p = 0; p < W.size(); ++p) {
+                Stiffness& C = found[p];
+                C(i, j) = C(j, i) = W[p] - (C(i, i) + C(j, j)) / 2;
             }
-        energies(VoigtStrain::Zero(), 1);  // back to rest
-    }
-
-    const Stiffness& operator[](std::size_t p) const { return stiffness_[p]; }
-
-private:
-    /// By particle [J].
-    std::vector<double> energies(const VoigtStrain& e, double size) {
-        const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + size * strain_of(e);
-        for (std::size_t p = 0; p < m_.size; ++p) {
-            const double* X = m_.reference.data() + 4 * p;
-            const Vec3 x = F * Vec3(X[0], X[1], X[2]);
-            for (int c = 0; c < 3; ++c) w_.x[static_cast<std::size_t>(c)][m_.begin + p] = x[c];
         }
-        pack_positions(w_, m_);
-        if (m_.needs.prepare) for_each_chunk(w_, m_, [&](std::size_t, Block<double>& b) { m_.law->prepare(b); });
-        std::vector<double> found(m_.size);
-        w_.threads.run(m_.size, [&](std::size_t p) { found[p] = m_.law->energy(make_block(w_, m_, p, 1)); });
-        return found;
-    }
+    return found;
+}
 
-    World<double>& w_;
-    Material<double>& m_;
-    std::vector<Stiffness> stiffness_;
-};
+std::vector<double> family_densities(World<double>& w, Material<double>& m, const Eigen::Matrix3d& F) {
+    for (std::size_t p = 0; p < m.size; ++p) {
+        const double* X = m.reference.data() + 4 * p;
+        const Vec3 x = F * Vec3(X[0], X[1], X[2]);
+        for (int c = 0; c < 3; ++c) w.x[static_cast<std::size_t>(c)][m.begin + p] = x[c];
+    }
+    pack_positions(w, m);
+    if (m.needs.prepare) for_each_chunk(w, m, [&](std::size_t, Block<double>& b) { m.law->prepare(b); });
+    std::vector<double> found(m.size);
+    w.threads.run(m.size,
+                  [&](std::size_t p) { found[p] = m.law->energy(make_block(w, m, p, 1)) / w.volume[m.begin + p]; });
+    return found;
+}
+
+/// Of the first particle, for which all stand: parameters that vary count as the law was made with.
+double local_density(World<double>& w, Material<double>& m, const Eigen::Matrix3d& F) {
+    for (int c = 0; c < 9; ++c) m.F[static_cast<std::size_t>(c)][0] = F(c / 3, c % 3);
+    Block<double> b = make_block(w, m, 0, 1);
+    for (const double*& values : b.param) values = nullptr;
+    return m.law->energy(b) / w.volume[m.begin];
+}
 
 /// |sum V X|/sum V |X| over the family; 1 for a particle without bonds.
 double imbalance(const Material<double>& m, std::size_t p) {
@@ -112,18 +113,23 @@ FamilyStiffness stiffness_of(const Stiffness& C) {
     return s;
 }
 
-MeasuredStiffness of_local_law(const Material<double>& m, const MeasuredStiffness& asked) {
+MeasuredStiffness of_local_law(World<double>& w, Material<double>& m, const MeasuredStiffness& asked) {
+    constexpr double kStrain = 1e-4;  // energies of a law need not be exact near rest
     MeasuredStiffness s = asked;
     s.bulk_particles = m.size;
-    s.bulk = {s.youngs_modulus, s.poisson_ratio, s.youngs_modulus, s.youngs_modulus};
+    s.bulk = stiffness_of(stiffness_from(
+        kStrain, [&](const Eigen::Matrix3d& F) { return std::vector<double>{local_density(w, m, F)}; })[0]);
+    s.unstable_particles = s.bulk.softest < 0 ? m.size : 0;
     return s;
 }
 
 MeasuredStiffness of_families(World<double>& w, Material<double>& m, double limit, const MeasuredStiffness& asked) {
     MeasuredStiffness s = asked;
-    const Probe probe(w, m);
+    const std::vector<Stiffness> stiffness =
+        stiffness_from(1e-6, [&](const Eigen::Matrix3d& F) { return family_densities(w, m, F); });
+    family_densities(w, m, Eigen::Matrix3d::Identity());  // back to rest
     std::vector<FamilyStiffness> each(m.size);
-    w.threads.run(m.size, [&](std::size_t p) { each[p] = stiffness_of(probe[p]); });
+    w.threads.run(m.size, [&](std::size_t p) { each[p] = stiffness_of(stiffness[p]); });
     FamilyStiffness sum{0, 0, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     const std::vector<char> in_bulk = bulk_of(m, limit);
     double worst = -1;
@@ -175,7 +181,7 @@ std::vector<MeasuredStiffness> measure_stiffness(Scene scene, int threads) {
                                 .worst_position = Vec3::Constant(kNone),
                                 .unstable_particles = 0};
         MeasuredStiffness& s = found.emplace_back(m.has_bonds() ? of_families(w, m, balance_limit(w, index), asked)
-                                                                : of_local_law(m, asked));
+                                                                : of_local_law(w, m, asked));
         const double d = s.dimension, share = d > 1 ? uniaxial_share(s.bulk.poisson_ratio, d) : 1;
         s.wave_speed = std::sqrt(share * s.bulk.youngs_modulus / m.density);
     }

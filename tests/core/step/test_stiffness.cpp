@@ -78,15 +78,23 @@ TEST_CASE("measure_stiffness: the worst surface particle is a corner, or where w
     CHECK_THAT(moment.bulk.stiffest, WithinRel(1e5, 1e-5));
 }
 
-TEST_CASE("measure_stiffness: local laws have what they are asked for", "[step]") {
-    const MeasuredStiffness s = measure_stiffness(scene_from(kBox), 1).at(0);
-    CHECK(s.material == "rubber");
-    CHECK(s.bulk_particles == 512);
-    CHECK(s.surface_particles == 0);
-    CHECK(s.bulk.softest == 1e5);
-    CHECK(s.bulk.stiffest == 1e5);
-    CHECK(s.bulk.poisson_ratio == 0.25);
-    CHECK_THAT(s.wave_speed, WithinRel(std::sqrt(1.2e5 / 1000), 1e-12));
+TEST_CASE("measure_stiffness: local laws have what they are asked for, by their energy", "[step]") {
+    const std::string moduli = ", youngs_modulus = 1e5, poisson_ratio = 0.25", inner = R"({ type = "fixed_corotated")";
+    for (const std::string& law :
+         {inner + moduli, R"({ type = "neo_hookean")" + moduli, R"({ type = "von_mises", yield_stress = 1e3)" + moduli,
+          R"({ type = "tensile_damage", tensile_strength = 1e3, fracture_energy = 10.0, law = )" + inner + moduli +
+              " }"}) {
+        CAPTURE(law);
+        const MeasuredStiffness s =
+            measure_stiffness(scene_from(kBox, {"material.rubber.constitutive=" + law + " }"}), 1).at(0);
+        CHECK(s.material == "rubber");
+        CHECK(s.bulk_particles == 512);
+        CHECK(s.surface_particles == 0);
+        CHECK_THAT(s.bulk.softest, WithinRel(1e5, 1e-6));
+        CHECK_THAT(s.bulk.stiffest, WithinRel(1e5, 1e-6));
+        CHECK_THAT(s.bulk.poisson_ratio, WithinRel(0.25, 1e-6));
+        CHECK_THAT(s.wave_speed, WithinRel(std::sqrt(1.2e5 / 1000), 1e-6));
+    }
 }
 
 TEST_CASE("measure_stiffness: bodies without a whole family have no bulk, particles without bonds no stiffness",

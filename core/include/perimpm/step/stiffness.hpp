@@ -30,7 +30,7 @@ struct MeasuredStiffness {
 };
 
 /// Measures every material of a scene from the energies of its particles under small affine strains, in double precision;
-/// local laws have what they are asked for. Builds a world of its own; nothing of a run does this.
+/// NaN for laws that have no energy. Builds a world of its own; nothing of a run does this.
 PERIMPM_API std::vector<MeasuredStiffness> measure_stiffness(Scene scene, int threads = 0);
 
 }  // namespace perimpm

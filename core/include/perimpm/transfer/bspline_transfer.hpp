@@ -16,14 +16,14 @@ inline constexpr ParamSpec kOrder = {.key = "order",
                                      .doc =
                                          "degree of the B-spline: 1 linear, 2 quadratic, 3 cubic; linear "
                                          "splines have no stable step at free surfaces"};
-inline constexpr ParamSpec kDivergence = {
-    .key = "stress_divergence",
-    .kind = ParamKind::choice,
-    .default_text = "gradient",
-    .choices = "gradient|mls",
-    .doc =
-        "how stress becomes force on the grid: by the spline's gradient, or in one sum with momentum (MLS-MPM); "
-        "forces of bonds are spread as they are, whatever this says"};
+inline constexpr ParamSpec kDivergence = {.key = "stress_divergence",
+                                          .kind = ParamKind::choice,
+                                          .default_text = "gradient",
+                                          .choices = "gradient|mls",
+                                          .doc =
+                                              "how stress becomes force on the grid: by the spline's gradient, or in "
+                                              "one sum with momentum (MLS-MPM, order 2 or 3); "
+                                              "forces of bonds are spread as they are, whatever this says"};
 
 /// Largest stable (c + |v|) dt/dx of an isolated particle (Poisson's ratio up to 0.45), the worst case at free
 /// surfaces; degree 1 has no positive bound there, its value holds for filled cells.
