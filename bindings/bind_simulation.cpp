@@ -196,6 +196,7 @@ void bind_plan(py::module_& m) {
         .def_readonly("materials", &Plan::materials)
         .def_readonly("bounds", &Plan::bounds)
         .def_readonly("dt", &Plan::dt, "The step the run starts with [s].")
+        .def_readonly("steps", &Plan::steps, "As long as it, until the scene's end.")
         .def_readonly("particles", &Plan::particles)
         .def_readonly("libraries", &Plan::libraries)
         .def_readonly("skipped", &Plan::skipped)

@@ -109,7 +109,7 @@ def plan_text(title: str, plan: _core.Plan, measured: Sequence[_core.MeasuredSti
         table("passes of one step", ("pass", "when", "models", "reads", "writes"), passes),
         table("memory", ("array", "size", "bytes per particle"), arrays, numbers=("size", "bytes per particle")),
         table(
-            f"time step: starts with {plan.dt:.4g} s; bounds",
+            f"time step: starts with {plan.dt:.4g} s, {plan.steps:.3g} steps to the end; bounds",
             ("source", "dt [s]"),
             [(b.source, f"{b.dt:.4g}") for b in plan.bounds],
             numbers=("dt [s]",),

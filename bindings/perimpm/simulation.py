@@ -16,6 +16,7 @@ from . import _core
 from .particles import Particles, ViewWatch
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+_SELDOM_MEANT = 5e6  # steps of a run
 Field = Union[Sequence[Any], npt.NDArray[Any], Callable[[npt.NDArray[Any], float], Any]]
 
 
@@ -79,6 +80,12 @@ class Simulation:
 
         if frames is not None and frames < 1:
             raise _core.InputError(f"frames = {frames}: expected 1 or more (frame 1 is t = 0)")
+        plan = self._core.plan
+        if plan.steps > _SELDOM_MEANT:
+            warnings.warn(
+                f"{plan.steps:.0e} steps of {plan.dt:.1e} s lie before the scene's end: are all values in SI units (m, kg/m^3, Pa, s)?",
+                stacklevel=2,
+            )
         folder = "" if output is None else os.fspath(output)
         with self._watch.around_steps(self._core), reporter(progress) as report:
             self._core.run(folder, frames or 0, report)

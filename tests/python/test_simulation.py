@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trees
+from trees import LOCAL, scene
 
 import perimpm
 
@@ -132,3 +134,17 @@ def test_fragments_and_relaxations_show_what_they_hold(bonded: dict[str, Any]) -
     assert repr(piece) == f"<Fragment 0: 1728 particles, 216 kg, at ({piece.center[0]:.4g}, 0.8, {piece.center[2]:.4g}) m>"
     found = sim.relax(residual=1e-2)
     assert repr(found) == f"<Relaxation: {found.steps} steps, residual {found.residual:.3g}>"
+
+
+def test_a_slip_in_a_unit_is_announced() -> None:
+    sim = perimpm.Simulation(scene(LOCAL | {"youngs_modulus": 2e14}, trees.box([0.0] * 3, [0.2] * 3), 0.05))
+    with pytest.warns(UserWarning, match=r"1e\+07 steps of .* SI units"):
+        sim.run(frames=1)
+
+
+@pytest.mark.parametrize("wish", [{"residual": -1.0}, {"residual": float("nan")}, {"max_steps": 0}, {"max_steps": 1.5}])
+def test_relax_refuses_what_cannot_end(wish: dict[str, float]) -> None:
+    sim = perimpm.Simulation(scene(LOCAL, trees.box([0.0] * 3, [0.2] * 3), 0.05))
+    with pytest.raises(perimpm.InputError, match="expected a"):
+        sim.relax(**wish)
+    assert sim.steps == 0

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "step/stages.hpp"
@@ -22,6 +23,7 @@ public:
 
     Plan make() {
         plan_.dt = w_.dt, plan_.particles = w_.count;
+        plan_.steps = std::ceil(w_.scene.simulation.end_time / w_.dt);
         plan_.libraries = own_libraries();
         if (w_.transfer_needs.grid)
             add_grid_passes();

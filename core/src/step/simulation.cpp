@@ -39,13 +39,6 @@ public:
             plan.warnings.emplace_back(
                 "transfer.order = 1 has no stable step at free surfaces: a smaller dt only delays the end of a run, "
                 "and dt = \"auto\" holds for filled cells\n  use order 2 or 3");
-        constexpr double kSeldomMeant = 2e7;
-        const double steps = world.scene.simulation.end_time / plan.dt;
-        if (!world.scene.simulation.dt && steps > kSeldomMeant)
-            plan.warnings.push_back(
-                fmt::format("{:.0e} steps of {:.1e} s lie before the end of the run\n  are all values in SI units "
-                            "(m, kg/m^3, Pa, s)?",
-                            steps, plan.dt));
     }
 
     void add_condition(const ConditionSpec& spec, ConditionFunction function) {

@@ -38,7 +38,8 @@ struct Plan {
     std::vector<Array> arrays;
     std::vector<Material> materials;
     std::vector<TimeStepBound> bounds;
-    double dt;  ///< the step the run starts with [s]
+    double dt;     ///< the step the run starts with [s]
+    double steps;  ///< as long as it, until the scene's end
     std::uint64_t particles;
     std::vector<std::string> libraries;  ///< plugins and modules opened for this scene
     std::vector<Skipped> skipped;
