@@ -17,8 +17,8 @@ void bind_scene(py::module_& m);
 void bind_particles(py::module_& m);
 void bind_simulation(py::module_& m);
 
-/// Calls `body`, which calls back into Python and changes nothing else. A Ctrl-C that arrives inside it must not cut a step
-/// in two: it is called once more, and the signal kept for the end of the step.
+/// Calls `body`, which calls back into Python and changes nothing else. A Ctrl-C that arrives inside it must not cut a
+/// step in two: it is called once more, and the signal kept for the end of the step.
 template <class Body>
 auto uninterrupted(Body body) {
     try {

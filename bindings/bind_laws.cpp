@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "bind.hpp"
+#include "perimpm/error.hpp"
 #include "perimpm/plugin/registry.hpp"
 
 /*! Laws written in Python (perimpm/laws.py): a class there, an object of PythonLaw for each material here. */
@@ -12,6 +13,21 @@ namespace perimpm::python {
 namespace {
 
 py::module_ laws() { return py::module_::import("perimpm.laws"); }
+
+/// Calls body(); errors that perimpm.laws raises about a law's file or parameters become those of core, which knows the
+/// place in the scene.
+template <class Body>
+auto checked(Body body) {
+    try {
+        return body();
+    } catch (py::error_already_set& error) {
+        const std::string text = py::str(error.value());
+        if (error.matches(laws().attr("InvalidParameter")))
+            throw InvalidParameter(error.value().attr("key").cast<std::string>(), text);
+        if (error.matches(laws().attr("InputError"))) throw InputError(text);
+        throw;
+    }
+}
 
 /// A law as its file declares it. Names are held here, since declarations point to them.
 struct PythonScript : ScriptedLaw {
@@ -61,7 +77,9 @@ public:
         const py::gil_scoped_acquire gil;
         law_ = {};
     }
-    LawNeeds needs() const noexcept override { return {.deformation_gradient = true, .moduli = moduli_}; }
+    LawNeeds needs() const noexcept override {
+        return {.deformation_gradient = true, .may_refuse = true, .moduli = moduli_};
+    }
 
     void evaluate(Block<Real>& b, Real) const override {
         const py::gil_scoped_acquire gil;
@@ -94,13 +112,15 @@ std::unique_ptr<ConstitutiveLaw<Real>> make_law(const PythonScript& script, cons
     const py::gil_scoped_acquire gil;
     py::dict values;
     for (const ParamSpec& spec : script.params) values[spec.key] = params[spec.key];
-    return std::make_unique<PythonLaw<Real>>(laws().attr("make_law")(script.law, values, params.context().density));
+    return checked([&] {
+        return std::make_unique<PythonLaw<Real>>(laws().attr("make_law")(script.law, values, params.context().density));
+    });
 }
 
 std::shared_ptr<const ScriptedLaw> open_script(const std::string& file) {
     const py::gil_scoped_acquire gil;
     auto script = std::make_shared<PythonScript>();
-    const py::tuple opened = laws().attr("open_law")(file);
+    const py::tuple opened = checked([&] { return py::tuple(laws().attr("open_law")(file)); });
     script->law = opened[0];
     script->summary = opened[1].cast<std::string>();
     for (const py::handle parameter : opened[2]) script->params.push_back(declaration(*script, parameter));

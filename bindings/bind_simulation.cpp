@@ -15,7 +15,7 @@ namespace perimpm::python {
 
 std::unique_lock<std::recursive_mutex> SharedSimulation::lock() {
     std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock) throw std::runtime_error("this simulation is being stepped by another thread");
+    if (!lock) throw std::runtime_error("this simulation is in use by another thread");
     return lock;
 }
 
@@ -154,12 +154,11 @@ Relaxation relax_simulation(SharedSimulation& shared, double residual, std::uint
     return found;
 }
 
-/// A read of the simulation that refuses while another thread steps it. Laws in Python may be called by several threads.
+/// A read of the simulation that refuses while another thread uses it.
 template <class Function>
 auto guarded(Function read) {
     return [read](SharedSimulation& shared) {
         const auto lock = shared.lock();
-        const py::gil_scoped_release release;
         return read(shared.get());
     };
 }
@@ -287,7 +286,6 @@ void bind_simulation(py::module_& m) {
             "written",
             [](SharedSimulation& shared, const std::string& field) {
                 const auto lock = shared.lock();
-                const py::gil_scoped_release release;
                 shared.get().written(field);
             },
             py::arg("field"))
@@ -299,7 +297,10 @@ void bind_simulation(py::module_& m) {
         .def_property_readonly("steps", guarded([](Simulation& s) { return s.steps(); }))
         .def_property_readonly("particle_count", guarded([](Simulation& s) { return s.particle_count(); }))
         .def_property_readonly("generation", guarded([](Simulation& s) { return s.generation(); }))
-        .def_property_readonly("ledger", guarded([](Simulation& s) { return s.ledger(); }))
+        .def_property_readonly("ledger", guarded([](Simulation& s) {
+                                   const py::gil_scoped_release release;  // threads may call a law in Python
+                                   return s.ledger();
+                               }))
         .def_property_readonly("fragments", guarded([](Simulation& s) { return s.fragments(); }))
         .def_property_readonly("pass_times", guarded([](Simulation& s) { return s.pass_times(); }));
 }

@@ -14,7 +14,7 @@ public:
     SharedSimulation(Scene scene, int threads) : threads_{threads}, simulation_{std::move(scene), threads} {}
 
     int threads() const { return threads_; }
-    /// Throws std::runtime_error when another thread is stepping this simulation.
+    /// Throws std::runtime_error when another thread is using this simulation.
     std::unique_lock<std::recursive_mutex> lock();
     Simulation& get() { return simulation_; }
 

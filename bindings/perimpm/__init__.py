@@ -9,7 +9,7 @@
 from ._core import InputError, SimulationError, __version__
 from .describe import Description, describe, plugins
 from .explain import explain
-from .laws import Law, Parameter
+from .laws import InvalidParameter, Law, Parameter
 from .particles import Particles
 from .simulation import Simulation
 from .surfaces import surfaces
@@ -17,6 +17,7 @@ from .surfaces import surfaces
 __all__ = [
     "Description",
     "InputError",
+    "InvalidParameter",
     "Law",
     "Parameter",
     "Particles",

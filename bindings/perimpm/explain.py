@@ -55,7 +55,7 @@ def _stiffness_rows(measured: Sequence[_core.MeasuredStiffness]) -> list[tuple[s
                 _span(s.bulk, asked),
                 _si(s.wave_speed, "m/s"),
                 _span(s.worst, asked) + at,
-                str(s.unstable_particles),
+                "-" if isnan(s.bulk.softest) and isnan(s.worst.softest) else str(s.unstable_particles),
             )
         )
     return rows

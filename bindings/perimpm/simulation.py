@@ -81,11 +81,9 @@ class Simulation:
         if frames is not None and frames < 1:
             raise _core.InputError(f"frames = {frames}: expected 1 or more (frame 1 is t = 0)")
         plan = self._core.plan
-        if plan.steps > _SELDOM_MEANT:
-            warnings.warn(
-                f"{plan.steps:.0e} steps of {plan.dt:.1e} s lie before the scene's end: are all values in SI units (m, kg/m^3, Pa, s)?",
-                stacklevel=2,
-            )
+        if frames is None and plan.steps > _SELDOM_MEANT:
+            text = f"{plan.steps:.0e} steps of {plan.dt:.1e} s to the scene's end: are all values in SI units (m, kg/m^3, Pa, s)?"
+            warnings.warn(text, stacklevel=2)
         folder = "" if output is None else os.fspath(output)
         with self._watch.around_steps(self._core), reporter(progress) as report:
             self._core.run(folder, frames or 0, report)
@@ -136,10 +134,9 @@ class Simulation:
 
         Raises
         ------
+        InputError : a residual that is not above 0, no whole number of steps.
         SimulationError : `max_steps` did not suffice.
         """
-        if not residual > 0:
-            raise _core.InputError(f"relax(residual={residual!r}): expected a number above 0")
         if not isinstance(max_steps, Integral) or max_steps < 1:
             raise _core.InputError(f"relax(max_steps={max_steps!r}): expected a whole number of steps, 1 or more")
         with self._watch.around_steps(self._core):

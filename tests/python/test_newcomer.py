@@ -139,5 +139,5 @@ def test_a_material_without_bodies_is_mentioned(box: Tree) -> None:
 def test_linear_splines_are_warned_of(box: Tree) -> None:
     box["transfer"]["order"] = 1
     assert any("transfer.order = 1" in text for text in perimpm.Simulation(box).plan.warnings)
-    box["simulation"]["dt"] = 1e-5
+    box["transfer"]["order"] = 2
     assert not perimpm.Simulation(box).plan.warnings

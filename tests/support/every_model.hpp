@@ -10,10 +10,11 @@
 #include "support/message.hpp"
 #include "support/model.hpp"
 
-/// Names of the family's installed plugins.
+/// Names of the family's installed plugins; without scripts, which need an interpreter.
 inline std::vector<std::string> names_of(perimpm::Family family) {
     std::vector<std::string> names;
-    for (const perimpm::PluginFile& file : perimpm::installed(family)) names.push_back(file.name);
+    for (const perimpm::PluginFile& file : perimpm::installed(family))
+        if (!file.path.ends_with(".py")) names.push_back(file.name);
     return names;
 }
 

@@ -170,8 +170,9 @@ BOND_LAWS: dict[str, Tree] = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "cells"), [("pd_lps", 5), ("deviatoric_plastic", 10)])
 def test_bond_laws(name: str, cells: int, tmp_path: Path) -> None:
-    """From the reference's first plastic radius on, 1.2 a; its gate is for 10 cells across the wall. At 5 cells
-    `deviatoric_plastic` is 5.4 % low at 1.2 a and 2.6 % at 1.6 a; at 10 cells 4.4 % in the loaded layer's first shell."""
+    """From the reference's first plastic radius on, 1.2 a, which at 5 cells is also where the loaded layer ends; its gate is
+    for 10 cells across the wall. At 5 cells `deviatoric_plastic` is 5.4 % low at 1.2 a and 2.6 % at 1.6 a; at 10 cells it
+    is 4.4 % low where the plastic zone leaves the loaded layer, at 1.1 a."""
     width = (OUTER - INNER) / cells
     law = {**BOND_LAWS[name], "youngs_modulus": YOUNG, "yield_stress": YIELD_STRESS, "horizon": 2.01}
     sim = lattice_simulation(law, width / 2, tmp_path)

@@ -103,7 +103,7 @@ const Plugin& open_plugin(Family family, const std::string& name) {
     }
     Plugin opened = load(family, name);  // without the lock: a script may open plugins itself
     const std::lock_guard lock{r.mutex};
-    return r.plugins.emplace(key, std::move(opened)).first->second;
+    return r.plugins.try_emplace(key, std::move(opened)).first->second;  // `opened` outlives the lock
 }
 
 void set_script_opener(ScriptOpener opener) { registry().open_script = opener; }

@@ -52,7 +52,7 @@ std::vector<fs::path> plugin_folders() {
                     family_name(family), name, a, b)};
 }
 
-/// Scripts whose names begin with '_' are what others import.
+/// Scripts whose names begin with '_' are what laws import.
 bool is_plugin_file(Family family, const fs::path& file) {
     if (file.extension() == ".so") return true;
     return is_script(file) && family == Family::constitutive && file.filename().native().front() != '_';

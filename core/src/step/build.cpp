@@ -285,6 +285,15 @@ void allocate_particles(World<Real>& w, const std::vector<BodySample>& samples) 
     w.id = AlignedArray<std::uint32_t>(w.count);
 }
 
+/// A spinning body starts as the affine field that it is.
+template <class Real>
+void set_affine_velocity(World<Real>& w, const Vec3& angular_velocity, const Vec3& x, std::size_t at) {
+    for (int c = 0; c < 9; ++c) {
+        const double share = w.transfer_needs.order == 1 ? linear_second_moment(x[c % 3] / w.spacing()) : 1.0;
+        w.C[c][at] = static_cast<Real>(share * angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
+    }
+}
+
 /// Puts the particles of a body into the arrays from `at` on, and their positions before rounding into X.
 template <class Real>
 void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m, std::size_t at, std::vector<Vec3>& X) {
@@ -297,11 +306,7 @@ void place_body(World<Real>& w, const BodySample& body, const Material<Real>& m,
         const Vec3& x = points[p];
         const Vec3 v = spec.velocity + spec.angular_velocity.cross(x - body.center);
         for (int c = 0; c < 3; ++c) w.x[c][at] = static_cast<Real>(x[c]), w.v[c][at] = static_cast<Real>(v[c]);
-        for (int c = 0; w.transfer_needs.affine && c < 9;
-             ++c) {  // a spinning body starts as the affine field that it is
-            const double share = w.transfer_needs.order == 1 ? linear_second_moment(x[c % 3] / w.spacing()) : 1.0;
-            w.C[c][at] = static_cast<Real>(share * spec.angular_velocity.cross(Vec3::Unit(c % 3))[c / 3]);
-        }
+        if (w.transfer_needs.affine) set_affine_velocity(w, spec.angular_velocity, x, at);
         w.volume[at] = static_cast<Real>(body.particle_volume);
         w.mass[at] = static_cast<Real>(m.density * body.particle_volume);
         w.id[at++] = first_id + p;

@@ -8,7 +8,7 @@ namespace {
 /// Spin that a particle's affine velocity field carries: m e_ijk B_kj (Jiang et al. 2015, section 5.3.1).
 template <class Real>
 Vec3 affine_spin(const World<Real>& w, std::size_t p) {
-    constexpr double kMoment[] = {0, kSecondMoment<1>, kSecondMoment<2>, kSecondMoment<3>};
+    constexpr double kMoment[] = {0, kCarriedMoment<1>, kCarriedMoment<2>, kCarriedMoment<3>};
     const auto C = [&](int r, int c) { return static_cast<double>(w.C[3 * r + c][p]); };
     return static_cast<double>(w.mass[p]) * kMoment[w.transfer_needs.order] * w.spacing() * w.spacing() *
            Vec3(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));

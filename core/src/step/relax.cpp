@@ -45,6 +45,8 @@ double mean_speed2(World<Real>& w) {
 /// step after a stop shows the unbalanced forces: velocities are then dt times accelerations.
 template <class Real>
 Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, const std::function<void()>& step) {
+    if (!(residual > 0)) throw InputError(fmt::format("relax: residual = {:g}: expected a number above 0", residual));
+    if (most_steps == 0) throw InputError("relax: expected 1 step or more");
     const double time = w.time;
     double scale = w.scene.simulation.gravity.norm(), before = 0, reached = 0;
     bool stopped = true;

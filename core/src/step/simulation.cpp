@@ -35,7 +35,7 @@ public:
         if (world.transfer_needs.grid)
             for (std::string& text : inexact_faces(world.scene.grid, world.images))
                 plan.warnings.push_back(std::move(text));
-        if (world.transfer_needs.order == 1 && !world.scene.simulation.dt)
+        if (world.transfer_needs.order == 1)
             plan.warnings.emplace_back(
                 "transfer.order = 1 has no stable step at free surfaces: a smaller dt only delays the end of a run, "
                 "and dt = \"auto\" holds for filled cells\n  use order 2 or 3");

@@ -25,7 +25,7 @@ template <class Real>
 [[noreturn]] void throw_far_away(const World<Real>& w, std::size_t p, int axis) {
     throw SimulationError(fmt::format(
         "particle {} is at {:g} m along axis {}: farther from the origin than a grid of this spacing "
-        "reaches in {} precision ({:g} m), or not a number\n  a run that ends like this was unstable: a smaller "
+        "reaches in {} precision ({:g} m), or not a number\n  a run that ends like this is often unstable: a smaller "
         "simulation.safety or dt, or transfer.order 2 or 3 instead of 1, may mend it",
         w.id[p], w.x[axis][p], "xyz"[axis], std::is_same_v<Real, float> ? "single" : "double",
         farthest_cell<Real>() * w.spacing()));

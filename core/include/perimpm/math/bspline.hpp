@@ -42,15 +42,18 @@ struct BSpline {
     }
 };
 
-/// Particles carry C = B D^-1 with D = kSecondMoment dx^2, the spline's second moment for degrees 2 and 3 (Jiang et al.
-/// 2015, below eq. 8). That of degree 1 is linear_second_moment(x) dx^2, zero at nodes: C is B / dx^2 there.
+/// Second moment of the spline, D = kSecondMoment dx^2 (Jiang et al. 2015, below eq. 8); constant for degrees 2 and 3.
 template <int Order>
-inline constexpr double kSecondMoment = Order == 1   ? 1.0
-                                        : Order == 2 ? 1.0 / 4
-                                                     : 1.0 / 3;
+inline constexpr double kSecondMoment = Order == 2 ? 1.0 / 4 : 1.0 / 3;
+/// The same of degree 1, at x (in units of dx): zero at nodes.
 inline double linear_second_moment(double x) {
     const double f = x - std::floor(x);
     return f * (1 - f);
 }
+
+/// Affine particles carry C = B / (kCarriedMoment dx^2): B D^-1, the velocity gradient, for degrees 2 and 3; for degree
+/// 1, whose D vanishes at nodes, B / dx^2.
+template <int Order>
+inline constexpr double kCarriedMoment = Order == 1 ? 1.0 : kSecondMoment<Order>;
 
 }  // namespace perimpm

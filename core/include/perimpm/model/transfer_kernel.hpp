@@ -24,10 +24,10 @@ struct TransferBlock {
     Real spacing = 0;             ///< dx [m]
     std::int32_t origin[3] = {};  ///< index of the tile's first node
     Field<Real> x, v;             ///< [m], [m/s]
-    Field<Real> C;               ///< affine velocity [1/s], 9, row-major: in to scatter, out of gather; null unless the
-                                 ///< kernel asks for it
-    Field<Real> F;               ///< deformation gradient, 9; null unless the law asks for it
-    const Real* mass = nullptr;  ///< [kg]; scatter
+    Field<Real> C;  ///< affine velocity [1/s], 9, row-major (kCarriedMoment, bspline.hpp): in to scatter, out
+                    ///< of gather; null unless the kernel asks for it
+    Field<Real> F;  ///< deformation gradient, 9; null unless the law asks for it
+    const Real* mass = nullptr;    ///< [kg]; scatter
     const Real* volume = nullptr;  ///< reference volume [m^3]; scatter
     Field<const Real> tau;         ///< Kirchhoff stress [Pa], 6; scatter, null for laws of force
     Field<const Real> force;       ///< internal force [N], 3; scatter, null for laws of stress

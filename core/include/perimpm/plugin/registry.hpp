@@ -39,9 +39,10 @@ using ScriptOpener = std::shared_ptr<const ScriptedLaw> (*)(const std::string& f
 PERIMPM_API void set_script_opener(ScriptOpener opener);
 
 /// All plugin files of a family, sorted by name, from `library_folder()`/plugins and the folders of PERIMPM_PLUGIN_PATH
-/// (separated by ':'). A folder holds <family>/<name>.so, constitutive/<name>.py without a leading '_', too; beside it x86-64-v3/<name>.so and x86-64-v4/<name>.so are
-/// variants, of which the highest that the machine supports is taken (PERIMPM_ISA forces a lower one).
-/// Opens nothing; a file <name>.so or .py directly in a folder is therefore not listed, but `open_plugin` finds it.
+/// (separated by ':'). A folder holds <family>/<name>.so; beside it x86-64-v3/<name>.so and x86-64-v4/<name>.so are
+/// variants, of which the highest that the machine supports is taken (PERIMPM_ISA forces a lower one). Constitutive
+/// laws may also be scripts, <name>.py; what begins with '_' is no law, but may be imported by laws.
+/// Opens nothing; a file <name>.so or <name>.py directly in a folder is therefore not listed, but found by `open_plugin`.
 /// Throws InputError for a name found in two folders, a missing folder and an unknown or unsupported PERIMPM_ISA.
 PERIMPM_API std::vector<PluginFile> installed(Family family);
 
@@ -64,9 +65,9 @@ ModelPtr<Interface, Real> create(const std::string& name, const Params& params) 
     if constexpr (detail::FamilyOf<Interface>::value == Family::constitutive) {
         if (const ScriptedLaw* script = plugin.script.get()) {
             if constexpr (is_float)
-                return {script->create_float(params).release(), std::default_delete<Interface<Real>>()};
+                return script->create_float(params);
             else
-                return {script->create_double(params).release(), std::default_delete<Interface<Real>>()};
+                return script->create_double(params);
         }
     }
     auto* model = static_cast<Interface<Real>*>((is_float ? d.create_float : d.create_double)(params));

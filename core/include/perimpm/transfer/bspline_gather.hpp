@@ -116,7 +116,7 @@ void gather(TransferBlock<Real>& b, const Scheme& scheme) {
     constexpr bool gradient = Local && !mls;
     constexpr bool moment = Scheme::affine || (Local && mls);
     const Real inverse_spacing = 1 / b.spacing;
-    const Real moment_scale = inverse_spacing * Real(1 / kSecondMoment<Order>);
+    const Real moment_scale = inverse_spacing * Real(1 / kCarriedMoment<Order>);
     P fastest(0), total(0);
     for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
         Stencils<Real, Order> s;
