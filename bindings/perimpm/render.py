@@ -75,9 +75,10 @@ def render(
     with _Video(video, source.frame_rate / every) as film:
         for number, image in _draw(source, numbers, stage, painter, progress):
             _save(image, target / f"frame.{number:04d}.png")
-            if number == poster:
-                _save(image, target / "poster.png")
             film.add(image)
+    stage.aim(source.read(poster, "x").astype(float), source.time(poster))  # closer: the others share a camera
+    _, image = next(_draw(source, [poster], stage, painter, progress=False))
+    _save(image, target / "poster.png")
     stage.close()
     return [target, target / "poster.png", video]
 

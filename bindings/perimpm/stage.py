@@ -1,4 +1,4 @@
-"""The stage of a picture: particles as spheres, a floor that fades into the background, one camera for all frames."""
+"""The stage of a picture: particles as spheres, a floor that fades into the background, a camera."""
 
 from __future__ import annotations
 
@@ -53,10 +53,8 @@ class Stage:
         self._near = [o for o in scenery if o.bounded and _extent(o.surface.points) < NEAR * _extent(points)]
         for obstacle in self._near:
             obstacle.cover(h)
-        points = np.concatenate([points, *(o.points(0.0) for o in self._near)])
-        self._lay_floor(points)
-        below = points * [1, 0, 1] + [0, ground, 0]
-        self._aim(np.concatenate([points, below]))
+        self._lay_floor(np.concatenate([points, *(o.points(0.0) for o in self._near)]))
+        self.aim(points)
 
     def _add_spheres(self) -> Any:
         mapper = vtkOpenGLSphereMapper()
@@ -108,8 +106,11 @@ class Stage:
         shown = tone((light * FLOOR * (1 - self._fade) + BACKDROP * self._fade) * self._grain)
         return np.ascontiguousarray(np.swapaxes(shown, 0, 1)[::-1])  # rows of a texture run down z
 
-    def _aim(self, points: Array) -> None:
-        """Moves the camera back until every point is inside the picture with a margin."""
+    def aim(self, points: Array, time: float = 0.0) -> None:
+        """Moves the camera back until every point, the colliders near them and the floor below are inside the picture
+        with a margin."""
+        points = np.concatenate([points, *(o.points(time) for o in self._near)])
+        points = np.concatenate([points, points * [1, 0, 1] + [0, self._ground, 0]])
         right = np.cross([0.0, 1.0, 0.0], VIEW_FROM)
         right /= np.linalg.norm(right)
         up = np.cross(VIEW_FROM, right)
