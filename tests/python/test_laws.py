@@ -166,7 +166,7 @@ def test_without_energy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.parametrize("name", WRONG)
 def test_what_a_file_lacks(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Said before anything runs, with the place in the scene."""
+    """Said before anything runs, with the file that is at fault."""
     good, bad, words = WRONG[name]
     assert good in GOOD
     law = f"rubber_{list(WRONG).index(name)}"  # laws stay open: every name once
