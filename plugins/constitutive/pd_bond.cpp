@@ -94,14 +94,13 @@ public:
         P largest(0);
         for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
             P f[3] = {}, extension(0);
-            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-                P Y[3];
-                family.deformed(bonds, Y);
-                const P relative = live * relative_extension(Y, bonds.length());
-                const P pull = bonds.constant(b.bond_constants[kStiffness]) * relative;  // (1)
+            const auto pull = [&](const auto& bonds, const P&, const P* Y, const Root<P>& y) PERIMPM_INLINE_LAMBDA {
+                const P relative = relative_extension(y, bonds.length());
+                const P t = bonds.constant(b.bond_constants[kStiffness]) * relative;  // (1)
                 extension = larger(extension, relative);
-                for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];
-            });
+                for (int c = 0; c < 3; ++c) f[c] += t * Y[c];
+            };
+            family.for_each_length(fetch_only, pull);
             family.write(f, b.force);
             largest = larger(largest, extension);
         });

@@ -114,14 +114,14 @@ public:
         Real* dilatation = b.particle_state[kDilatation][0];
         for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
             P expansion(0), whole(0);
-            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-                P Y[3];
-                family.deformed(bonds, Y);
-                const P x = bonds.length();
-                const P moment = live * bonds.constant(b.bond_constants[kOwn]) * x;
-                expansion += moment * (norm(Y) - x);
-                whole += moment * x;
-            });
+            const auto expand = [&](const auto& bonds, const P& live, const P*, const Root<P>& y)
+                                    PERIMPM_INLINE_LAMBDA {
+                                        const P x = bonds.length();
+                                        const P moment = live * bonds.constant(b.bond_constants[kOwn]) * x;
+                                        expansion += moment * (y.root - x);
+                                        whole += moment * x;
+                                    };
+            family.for_each_length(fetch_only, expand);
             using T = decltype(family.total(whole));  // a number, or one in each lane
             const T theta = T(static_cast<Real>(d_)) * family.total(expansion) / family.at(b.volume);  // (2)
             const T s = family.total(whole) / family.at(b.volume);
@@ -210,14 +210,14 @@ private:
                 for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - own_y[c];
                 const P x = bonds.length(), both = bonds.constant(b.bond_constants[kStiffness]),
                         own = bonds.constant(b.bond_constants[kOwn]);
-                const P y = norm(Y), inverse = inverse_length(y);
-                const P e = y - x;
+                const Root<P> y = length_of(Y);
+                const P e = y.root - x;
                 P t = both * e + x * (own * pressure + (both - own) * other[0]);  // (4), both directions
                 if constexpr (Yields)
                     t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
                               (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
-                const P pull = live * stiffness * t * inverse;
-                extension = larger(extension, live * e * inverse);
+                const P pull = live * stiffness * t * y.inverse;
+                extension = larger(extension, live * e * y.inverse);
                 for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
             });
             family.write(f, b.force);

@@ -184,7 +184,7 @@ TEST_CASE("pd_elastic: the integral deformation gradient is exact for affine map
     while (std::string(needs.particle_state.data[field].name) != "mean_deformation") ++field;
     for (std::size_t p = 0; p < particles.size(); ++p)
         for (std::size_t c = 0; c < 9; ++c)
-            CHECK_THAT(b.particle_state[field].data[needs.particle_state.data[field].packed * p + c],
+            CHECK_THAT(b.particle_state[field][c][p],
                        WithinAbs(some_stretch()(static_cast<int>(c / 3), static_cast<int>(c % 3)), 1e-12));
 }
 

@@ -47,7 +47,7 @@ public:
         for (std::size_t p = 0; p < size() && needs_.deformation_gradient; ++p) set_F(p, Mat3::Identity());
         perimpm::Block<Real> all = block();
         for (std::uint32_t round = 0; round < needs_.rounds; ++round) law_.initialise(all, round);
-        if (needs_.bonds) constants_.share(bonds_, reference_.data(), needs_.lanes);
+        if (needs_.bonds) constants_.share(bonds_, reference_.data(), needs_);
     }
 
     std::size_t size() const { return X_.size(); }
@@ -87,8 +87,8 @@ public:
         if (!needs_.bonds) return b;
         b.family.row = bonds_.row.data() + first;
         b.family.neighbour = bonds_.neighbour.data();
-        b.family.broken = bonds_.broken.data();
-        b.family.damage = bonds_.damage.data() + first;
+        if (may_break) b.family.broken = bonds_.broken.data(), b.family.damage = bonds_.damage.data() + first;
+        b.family.is_cut = bonds_.is_cut;
         b.family.position = position_.data();
         b.family.reference = reference_.data();
         b.family.volume = volume_.data();
@@ -109,6 +109,7 @@ public:
     }
     Real largest_stretch = 0;  ///< of the last `evaluate`
     bool in_slices = true;     ///< whether laws see slices of families
+    bool may_break = true;     ///< whether laws see that bonds may break
     /// Slices that laws may take together, and all of them.
     std::array<std::ptrdiff_t, 2> slices() const {
         const auto& all = constants_.slices.slice;

@@ -74,7 +74,7 @@ void scatter_places(World<double>& w, double reach, unsigned seed) {
     m.constants = BondConstants<double>(m.bonds, m.reference.data(), m.needs.bond_constants);
     for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
         for_each_chunk(w, m, [&](std::size_t, Block<double>& b) { m.law->initialise(b, round); });
-    m.constants.share(m.bonds, m.reference.data(), m.needs.lanes);
+    m.constants.share(m.bonds, m.reference.data(), m.needs);
 }
 
 /// All NaN for a run that broke down.

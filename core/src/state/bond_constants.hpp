@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "perimpm/model/block.hpp"
+#include "perimpm/model/constitutive_law.hpp"
 #include "state/array.hpp"
 #include "state/bonds.hpp"
 
@@ -15,11 +15,15 @@ struct BondSlices {
     std::uint32_t lanes = 0;
     AlignedArray<Slice> slice;  ///< by particle over lanes
     AlignedArray<std::int32_t> offset;
-    AlignedArray<Real> bond, length;
+    AlignedArray<Real> bond, length, moment;
     AlignedArray<std::uint32_t> mask;
+    AlignedArray<Real> axis, sum;
 
     Slices<Real> view() const;
-    std::size_t bytes() const { return slice.bytes() + offset.bytes() + bond.bytes() + length.bytes() + mask.bytes(); }
+    std::size_t bytes() const {
+        return slice.bytes() + offset.bytes() + bond.bytes() + length.bytes() + moment.bytes() + mask.bytes() +
+               axis.bytes() + sum.bytes();
+    }
 };
 
 /// Numbers of bonds that never change. Families that have the same share them, as the inner families of a lattice
@@ -37,11 +41,11 @@ struct BondConstants {
     BondConstants(const Bonds& bonds, const Real* reference, const FieldSpecs& declared);
     BondConstants() = default;
 
-    /// Once the law has set its numbers. `lanes`: families of a slice; 0: no slices.
-    void share(const Bonds& bonds, const Real* reference, std::uint32_t lanes);
+    /// Once the law has set its numbers. `needs`: what slices it asks for.
+    void share(const Bonds& bonds, const Real* reference, const LawNeeds& needs);
 
 private:
-    void make_slices(const Bonds& bonds, const Real* reference, std::uint32_t lanes);
+    void make_slices(const Bonds& bonds, const Real* reference, const LawNeeds& needs);
 };
 
 extern template struct BondConstants<float>;

@@ -79,6 +79,7 @@ bool Bonds::break_direction(std::uint32_t particle, std::uint32_t slot) {
     const std::uint64_t bit = std::uint64_t{1} << (slot & 63);
     if (word & bit) return false;
     word |= bit;
+    is_cut = true;
     ++damage[particle];
     share[particle] = static_cast<float>(damage[particle]) / static_cast<float>(row[particle + 1] - row[particle]);
     return true;

@@ -17,6 +17,7 @@ struct Bonds {
     AlignedArray<std::uint64_t> broken;     ///< one bit per bond; empty when nothing can break
     AlignedArray<std::uint32_t> damage;     ///< broken bonds per particle; empty likewise
     AlignedArray<float> share;              ///< the same over the particle's bonds at the start; empty likewise
+    bool is_cut = false;                    ///< some bond is broken
 
     std::uint64_t size() const { return neighbour.size(); }
     /// Slot of the opposite direction (q, p) of the bond (p, q).

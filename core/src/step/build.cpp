@@ -233,7 +233,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
     }
     for (std::uint32_t round = 0; round < m.needs.rounds; ++round)
         for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->initialise(b, round); });
-    m.constants.share(m.bonds, m.reference.data(), m.needs.lanes);
+    m.constants.share(m.bonds, m.reference.data(), m.needs);
 }
 
 template <class Real>

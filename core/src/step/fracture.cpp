@@ -45,9 +45,10 @@ std::vector<std::size_t> cut(Material<Real>& m) {
     return changed;
 }
 
-/// Renews what depends on the cut families: their reference quantities, and the forces of all that they act on.
+/// Renews what depends on the cut families: their reference quantities, and the forces of all that they act on. With the
+/// first cut families of slices may go one by one: `prepare` runs for all, since their neighbours must know.
 template <class Real>
-void renew(World<Real>& w, Material<Real>& m, const std::vector<std::size_t>& changed) {
+void renew(World<Real>& w, Material<Real>& m, const std::vector<std::size_t>& changed, bool is_first) {
     const auto run = [&](const auto& chunks, auto body) {
         w.threads.run(chunks.size(), [&](std::size_t k) {
             const std::size_t first = chunks[k] * kChunk;
@@ -56,7 +57,8 @@ void renew(World<Real>& w, Material<Real>& m, const std::vector<std::size_t>& ch
         });
     };
     run(changed, [&](std::size_t, Block<Real>& b) { m.law->renew(b); });
-    if (m.needs.prepare) run(changed, [&](std::size_t, Block<Real>& b) { m.law->prepare(b); });
+    const auto prepare = [&](std::size_t, Block<Real>& b) { m.law->prepare(b); };
+    if (m.needs.prepare) is_first ? for_each_chunk(w, m, prepare) : run(changed, prepare);
     std::fill(m.touched.begin(), m.touched.end(), char(0));
     for (const std::size_t c : changed) {
         m.touched[c] = 1;
@@ -79,11 +81,12 @@ void fracture(World<Real>& w, Material<Real>& m) {
     if (m.candidates.empty()) return;
     m.cuts.clear();
     m.criterion->decide(make_block(w, m, 0, m.size), m.candidates, m.cuts);
+    const bool is_first = !m.bonds.is_cut;
     const std::vector<std::size_t> changed = cut(m);
     if (changed.empty()) return;
     w.contact.valid = false;
     w.has_crack_surfaces = w.has_crack_surfaces || m.frees_crack_surfaces;
-    renew(w, m, changed);
+    renew(w, m, changed, is_first);
 }
 
 template void fracture(World<float>&, Material<float>&);

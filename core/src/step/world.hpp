@@ -212,6 +212,7 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         if (!m.bonds.broken.empty()) {
             b.family.broken = m.bonds.broken.data();
             b.family.damage = m.bonds.damage.data() + first;
+            b.family.is_cut = m.bonds.is_cut;
         }
         b.family.position = m.position.data();
         b.family.reference = m.reference.data();

@@ -55,7 +55,7 @@ TEST_CASE("bond constants: families share what is the same, and keep what is not
     };
     for (int k = 0; k < 3; ++k)
         for (std::size_t p = 0; p < size; ++p) before[k].push_back(body.numbers(all(k), p));
-    body.constants.share(body.bonds, body.reference.data(), 0);
+    body.constants.share(body.bonds, body.reference.data(), {});
     CHECK(body.constants.slices.view().slice == nullptr);
     for (int k = 0; k < 3; ++k)
         for (std::size_t p = 0; p < size; ++p) CHECK(body.numbers(all(k), p) == before[k][p]);
@@ -82,7 +82,7 @@ TEST_CASE("bond constants: a slice shows the bonds of its families, each in a la
     for (std::size_t p = 0; p < X.size(); p += 50) body.reference[4 * p + 3] = number(random);
     for (AlignedArray<double>& numbers : body.constants.declared)
         for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = number(random);
-    body.constants.share(body.bonds, body.reference.data(), lanes);
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = lanes});
     const auto size = static_cast<std::int64_t>(X.size());
     const Slices<double> all = body.constants.slices.view();
     for (std::uint32_t first = 0; first + lanes <= X.size(); first += lanes) {
@@ -129,9 +129,67 @@ TEST_CASE("bond constants: a slice shows the bonds of its families, each in a la
     }
 }
 
+TEST_CASE("bond constants: axes of a slice hold the bonds on each line through a particle", "[state]") {
+    const std::uint32_t lanes = GENERATE(4u, 8u);
+    Body body(rows_of_particles(7, 40, 1 / 64.0), 2.01 / 64);
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> number(1, 2);
+    AlignedArray<double>& share = body.constants.declared[1];
+    for (std::size_t k = 0; k < share.size(); ++k) share[k] = number(random);
+    const std::vector<double> before(share.data(), share.data() + share.size());
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = lanes, .axial = 1});
+    const Slices<double> all = body.constants.slices.view();
+    std::uint32_t slices = 0;
+    for (std::uint32_t first = 0; first < 7 * 7 * 40; first += lanes) {
+        const Slice& slice = all.slice[first / lanes];
+        if (slice.size == 0) continue;
+        ++slices;
+        for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+            Eigen::Matrix3d expected = Eigen::Matrix3d::Zero(), found = expected;
+            double fourth = 0, fourth_found = 0;  // what would differ if bonds of several directions were one axis
+            const Vec3 along = Vec3(1, 2, 5).normalized();
+            for (std::uint32_t slot = body.bonds.row[first + lane]; slot < body.bonds.row[first + lane + 1]; ++slot) {
+                const double *from = body.reference.data() + 4 * (first + lane),
+                             *to = body.reference.data() + 4 * body.bonds.neighbour[slot];
+                const Vec3 X(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+                expected += before[slot] * X * X.transpose();
+                fourth += before[slot] * std::pow(X.dot(along), 4) / X.squaredNorm();
+            }
+            for (std::uint32_t k = 0; k < slice.axes; ++k) {
+                const double *nn = all.axis + 6 * (slice.axis + k),
+                             sum = all.sum[slice.sums + lanes * std::size_t{k} + lane];
+                Eigen::Matrix3d product;
+                product << nn[0], nn[1], nn[2], nn[1], nn[3], nn[4], nn[2], nn[4], nn[5];
+                found += sum * product;
+                fourth_found += sum * std::pow(along.dot(product * along), 2);
+            }
+            REQUIRE((found - expected).norm() <= 1e-14 * expected.norm());
+            REQUIRE(std::abs(fourth_found - fourth) <= 1e-14 * fourth);
+        }
+    }
+    CHECK(slices >= 7 * 7 * 40 / lanes * 9 / 10);
+    CHECK(all.slice[(3 * 7 + 3) * 40 / lanes + 2].size == 32);  // to 2 spacings
+    CHECK(all.slice[(3 * 7 + 3) * 40 / lanes + 2].axes == 13);  // edges, diagonals of faces and of the cube
+}
+
+TEST_CASE("bond constants: slices know whether families in none see them", "[state]") {
+    std::vector<Vec3> X = rows_of_particles(5, 16, 1 / 64.0);
+    X.push_back(Vec3(2, 2, 16) / 64);  // in no slice
+    Body body(X, 1.8 / 64);
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = 4});
+    const AlignedArray<Slice>& slices = body.constants.slices.slice;
+    std::set<std::size_t> seen;
+    for (std::size_t p = 0; p < X.size(); ++p)
+        for (std::uint32_t slot = body.bonds.row[p]; slot < body.bonds.row[p + 1]; ++slot)
+            if (slices[p / 4].size == 0) seen.insert(body.bonds.neighbour[slot] / 4);
+    REQUIRE(seen.size() >= 9);
+    REQUIRE(seen.size() < slices.size());
+    for (std::size_t k = 0; k < slices.size(); ++k) CHECK(slices[k].read_alone == seen.contains(k));
+}
+
 TEST_CASE("bond constants: slices of a lattice keep the same entries once", "[state]") {
     Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
-    body.constants.share(body.bonds, body.reference.data(), 8);
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = 8});
     const Slices<double> all = body.constants.slices.view();
     CHECK(all.slice[(3 * 7 + 3) * 5 + 2].masks == Slice::kWhole);
     CHECK(all.slice[(3 * 7 + 3) * 5].masks != Slice::kWhole);
@@ -143,7 +201,7 @@ TEST_CASE("bond constants: a neighbour of another volume makes another entry", "
     Body body(rows_of_particles(7, 40, 1 / 64.0), 1.8 / 64);
     const std::size_t heavy = (3 * 7 + 3) * 40 + 20;
     body.reference[4 * heavy + 3] = 2;
-    body.constants.share(body.bonds, body.reference.data(), 8);
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = 8});
     const Slice *around = body.constants.slices.slice.data() + heavy / 8, *elsewhere = around - 1;
     CHECK(elsewhere->size == 26);
     CHECK(around->size == 28);  // the neighbours before and after see it, and others at the same distance
@@ -156,12 +214,11 @@ TEST_CASE("bond constants: particles off a lattice share nothing and fill no sli
     for (Vec3& x : X) x += Vec3(shift(random), shift(random), shift(random));
     Body body(X, 1.6 / 64);
     const std::size_t bonds = body.bonds.size();
-    body.constants.share(body.bonds, body.reference.data(), 4);
+    body.constants.share(body.bonds, body.reference.data(), {.lanes = 4});
     CHECK(body.constants.length.size() == bonds);
     CHECK(body.constants.declared[0].size() == bonds);
-    const AlignedArray<Slice>& slices = body.constants.slices.slice;
-    CHECK(slices.size() == X.size() / 4);
-    for (std::size_t k = 0; k < slices.size(); ++k) CHECK(slices[k].size == 0);
+    CHECK(body.constants.slices.lanes == 0);
+    CHECK(body.constants.slices.bytes() == 0);
 }
 
 TEST_CASE("bond constants: slices made for other registers are left alone", "[state]") {

@@ -6,6 +6,10 @@
 #include <experimental/simd>
 #include <type_traits>
 
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
+
 /// For the small functions of inner loops: a call there costs more than the function, and compilers do not always see it.
 #define PERIMPM_INLINE [[gnu::always_inline]] inline
 #define PERIMPM_INLINE_LAMBDA __attribute__((always_inline))
@@ -30,9 +34,17 @@ PERIMPM_INLINE std::experimental::simd<Real, Abi> select(const std::experimental
     return no;
 }
 
+/// The larger one, a where either is no number.
 template <class T>
 PERIMPM_INLINE T larger(const T& a, const T& b) {
-    return select(a < b, b, a);
+#ifdef __AVX512F__
+    if constexpr (std::is_same_v<T, Pack<float>>)
+        return __builtin_bit_cast(T, _mm512_max_ps(__builtin_bit_cast(__m512, b), __builtin_bit_cast(__m512, a)));
+    else if constexpr (std::is_same_v<T, Pack<double>>)
+        return __builtin_bit_cast(T, _mm512_max_pd(__builtin_bit_cast(__m512d, b), __builtin_bit_cast(__m512d, a)));
+    else
+#endif
+        return select(a < b, b, a);
 }
 
 inline bool all(bool mask) { return mask; }

@@ -6,19 +6,24 @@
 
 namespace perimpm {
 
-inline constexpr std::uint32_t kMaxStateFields = 8;
+inline constexpr std::uint32_t kMaxStateFields = 12;
 inline constexpr std::uint32_t kMaxVaryingParams = 8;
 inline constexpr std::uint32_t kSlotPadding = 16;
 
 /// As many families side by side as a register has lanes (the SELL-C format of Kreutzer et al. 2014,
 /// doi:10.1137/130930352). An entry is a bond that some of them have: neighbours at one distance in memory, with the
-/// same X and V, bit by bit. Families without it have constants 0 there.
+/// same X, V and shared constant, bit by bit. Families without it have constants 0 there. An axis is a line through the
+/// particles on which one or more of the entries lie, as X, -X and 2 X do.
 struct Slice {
     static constexpr std::uint32_t kWhole = ~0u;
     std::uint32_t first = 0;      ///< its first entry
     std::uint32_t size = 0;       ///< entries; 0: families go one by one
     std::uint32_t masks = 0;      ///< its first mask, or kWhole: every family has every bond
     std::uint64_t constants = 0;  ///< its first constant: that of lane l and entry k is lanes k + l further
+    std::uint32_t axis = 0;       ///< its first axis
+    std::uint32_t axes = 0;       ///< how many
+    std::uint64_t sums = 0;       ///< its first sum: that of lane l and axis k is lanes k + l further
+    bool read_alone = false;      ///< families that are in no slice have neighbours in this one
 };
 
 /// Slices of one material, entries and masks that are the same kept once.
@@ -30,7 +35,10 @@ struct Slices {
     const std::int32_t* offset = nullptr;  ///< by entry: from a family's particle to the neighbour
     const Real* bond = nullptr;            ///< by entry: X and V, packed by four [m], [m^3]
     const Real* length = nullptr;          ///< by entry: |X| [m]
+    const Real* moment = nullptr;          ///< by entry: w V X, packed by four, w the constant LawNeeds::shared, else 1
     const std::uint32_t* mask = nullptr;   ///< which lanes have the bond, the first lane's bit lowest
+    const Real* axis = nullptr;            ///< by axis: n n of its direction n, xx xy xz yy yz zz
+    const Real* sum = nullptr;             ///< sum S |X|^2 over the bonds on an axis, S the constant LawNeeds::axial
 };
 
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
@@ -51,6 +59,7 @@ struct Families {
     const std::uint32_t* shape = nullptr;      ///< first constant of the block's particle i
     const Real* length = nullptr;              ///< constant: |X|, from `reference` in the same precision [m]
     Slices<Real> slices;                       ///< the same families side by side, for laws that ask for them
+    bool is_cut = false;                       ///< bonds of the material broke: families of slices may go one by one
     Field<const Real> y;                       ///< position of every particle again, by component
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
@@ -64,7 +73,8 @@ struct BondEnergy {
     Real* other = nullptr;
 };
 
-/// What a law sees: a run of particles of one material. Fields start at the block's first particle, except those of
+/// What a law sees: a run of particles of one material, whose end cuts no slice: a multiple of Slices::kMostLanes from the
+/// material's first particle, or its last. Fields start at the block's first particle, except those of
 /// `family`, `bond_state` and `bond_constants`, which are indexed over the whole material. Plain data: it crosses library
 /// borders.
 template <class Real>

@@ -27,6 +27,8 @@ struct LawNeeds {
     double horizon = 0;            ///< bond laws: family radius, rim included [m]
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     std::uint32_t lanes = 0;       ///< bond laws: families of a slice, kLanes<Real>; 0: the law needs no slices
+    int axial = -1;                ///< bond laws: constant of bonds that slices sum by axis; -1: none
+    int shared = -1;               ///< bond laws: constant that families with the same X and V share; -1: none
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     FieldSpecs bond_constants = {};  ///< numbers of bonds that `initialise` sets and nothing changes

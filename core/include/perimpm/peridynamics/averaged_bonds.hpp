@@ -58,6 +58,8 @@ public:
                    .horizon = influence_.reach(),
                    .rounds = 2,
                    .lanes = form_ == Form::paper ? 0 : static_cast<std::uint32_t>(kLanes<Real>),
+                   .axial = form_ == Form::variational ? at_.own : -1,
+                   .shared = at_.influence,
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
                    .volumes = influence_.volumes(),
                    .opening_energy = opening_energy_};
@@ -102,7 +104,9 @@ public:
 
     double energy(const Block<Real>& b) const override {
         double total = 0;
-        for (std::uint32_t i = 0; i < b.size; ++i)
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            Real F[9];
+            if (form_ != Form::springs) load_mean_deformation(b, i, F);
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
@@ -112,12 +116,13 @@ public:
                 if (form_ != Form::springs) {
                     P X[3], mean[3];
                     bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
-                    deform(X, mean, b.particle_state[kMeanDeformation].data + MeanRecord::kWidth * i);
+                    deform(X, mean, F);
                     const P averaged = norm(mean) - rest;
                     twice += real(2 * moduli_.mu) * averaged * averaged;
                 }
                 total += 0.5 * static_cast<double>(reduce(live * own_stiffness(b, i, bonds) * twice));  // (5)
             });
+        }
         return total;
     }
 
@@ -126,17 +131,17 @@ public:
         const P half_lambda = real(0.5 * moduli_.lambda), mu = real(moduli_.mu);
         for (std::uint32_t i = 0; i < b.size; ++i) {
             const std::size_t p = std::size_t{b.first + i};
-            const Real* F =
-                form_ == Form::springs ? nullptr : b.family_state[kMeanDeformation].data + MeanRecord::kWidth * p;
+            Real F[9];
+            if (form_ != Form::springs) load_mean_deformation(b, i, F);
             for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
                 P Y[3];
                 bonds.difference(b.family.position, b.family.position + 4 * p, Y);
                 const P rest = rest_length(b, bonds), rest_there = rest_length_there(b, bonds, rest), y = norm(Y);
                 P here = half_lambda * (y - rest) * (y - rest),
                   there = half_lambda * (y - rest_there) * (y - rest_there);
-                if (F) {
-                    P X[3], mean[3], mean_there[3], other[MeanRecord::kWidth];
-                    bonds.template gather_packed<MeanRecord::kWidth>(b.family_state[kMeanDeformation].data, other);
+                if (form_ != Form::springs) {
+                    P X[3], mean[3], mean_there[3], other[9];
+                    for (std::size_t c = 0; c < 9; ++c) other[c] = bonds.gather(b.family_state[kMeanDeformation][c]);
                     bonds.difference(b.family.reference, b.family.reference + 4 * p, X);
                     deform(X, mean, F), deform(X, mean_there, other);
                     const P averaged = norm(mean) - rest, averaged_there = norm(mean_there) - rest_there;
@@ -170,28 +175,28 @@ private:
                 {.name = "shape_inverse", .components = 6, .unit = "1/m^5", .doc = "K^+ of (4): xx xy xz yy yz zz"});
             particle_fields_.push_back(
                 {.name = "moment", .components = 3, .unit = "m^4", .doc = "sum w^ V X over the live bonds"});
-            particle_fields_.push_back({.name = "mean_deformation",
-                                        .components = 9,
-                                        .doc = "F- of (4), row-major",
-                                        .packed = MeanRecord::kWidth});
-        }
-        if (form_ == Form::variational) {
-            particle_fields_.push_back({.name = "averaged_stress",
-                                        .components = 9,
-                                        .unit = "N/m^4",
-                                        .doc = "V H, the stress of the averaged bonds times K^+, row-major"});
-            particle_fields_.push_back({.name = "averaged_stress_record",
+            particle_fields_.push_back({.name = "mean_deformation", .components = 9, .doc = "F- of (4), row-major"});
+            particle_fields_.push_back({.name = "known_force",
+                                        .components = 3,
+                                        .unit = "N",
+                                        .doc = "the part of the force that needs no neighbour's F-"});
+            particle_fields_.push_back(
+                {.name = "extension", .doc = "largest (|Y| - |X|)/|Y| of the bonds, at least 0"});
+            particle_fields_.push_back({.name = "record",
                                         .components = 12,
-                                        .unit = "N/m^4",
-                                        .doc = "V H again and V H X, side by side",
+                                        .doc = "what neighbours read, side by side: F- and X, or V H and V H X",
                                         .packed = kSumRecord});
         }
+        if (form_ == Form::variational)
+            particle_fields_.push_back({.name = "averaged_stress",
+                                        .components = 9,
+                                        .unit = "N/m^7",
+                                        .doc = "H, the stress of the averaged bonds times K^+, row-major"});
         const auto add_constant = [&](const FieldSpec& spec) {
             constants_.push_back(spec);
             return static_cast<int>(constants_.size()) - 1;
         };
-        at_.own_is_exact = surface == Surface::moment;
-        if (form_ == Form::paper || surface == Surface::moment || yields())
+        if (form_ != Form::springs || surface == Surface::moment || yields())
             at_.own = add_constant({.name = "own_stiffness", .unit = "m", .doc = "w_pq V_p V_q / |X|^2"});
         if (form_ != Form::springs && !influence_.is_constant())
             at_.influence = add_constant({.name = "influence", .doc = "w^(|X|)"});
@@ -220,6 +225,9 @@ private:
         const Real* factor = b.family_state[kNormalisation][0];
         return bonds.constant(b.bond_constants[at_.stiffness]) * factor[b.first + i] /
                (factor[b.first + i] + bonds.gather(factor));
+    }
+    static void load_mean_deformation(const Block<Real>& b, std::uint32_t i, Real F[9]) {
+        for (std::size_t c = 0; c < 9; ++c) F[c] = b.particle_state[kMeanDeformation][c][i];
     }
     void set_influence(Block<Real>& b, std::uint32_t i) const {
         if (at_.influence < 0) return;

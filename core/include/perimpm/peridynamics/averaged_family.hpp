@@ -8,19 +8,22 @@ namespace perimpm::peridynamics {
 
 /// Fields of particles by index.
 struct AveragedState {
-    enum : std::uint32_t { normalisation, shape_inverse, moment, mean_deformation, averaged_stress, stress_record };
-};
-/// What the field mean_deformation holds of a particle: F- row-major and, in one cache line of single precision with it,
-/// X, the part of the force that needs no neighbour's F- [N] and the largest relative extension of the bonds.
-struct MeanRecord {
-    enum : std::size_t { kReference = 9, kForce = 12, kExtension = 15, kWidth = 16 };
+    enum : std::uint32_t {
+        normalisation,
+        shape_inverse,
+        moment,
+        mean_deformation,
+        known_force,
+        extension,
+        record,
+        averaged_stress
+    };
 };
 /// Fields of bonds by index; -1: not kept.
 struct BondFields {
     std::uint32_t stiffness = 0;  ///< constants, as the next two
     int own = -1, influence = -1;
     int strain = -1;
-    bool own_is_exact = false;  ///< S_pq is no function of |X|: surface "moment"
 };
 
 template <class T, class Entry>
@@ -30,8 +33,9 @@ PERIMPM_INLINE void deform(const T X[3], T out[3], const Entry F[9]) {
 
 /// Adds the spring S (|Y| - |X|) dir Y of a bond; `largest`: of the relative extensions.
 template <class P>
-PERIMPM_INLINE void add_spring(const P Y[3], const P& length, const P& stiffness, const P& live, P sum[3], P& largest) {
-    const P relative = live * relative_extension(Y, length);
+PERIMPM_INLINE void add_spring(const P Y[3], const Root<P>& y, const P& length, const P& stiffness, P sum[3],
+                               P& largest) {
+    const P relative = relative_extension(y, length);
     largest = larger(largest, relative);
     const P spring = stiffness * relative;
     for (int c = 0; c < 3; ++c) sum[c] += spring * Y[c];
@@ -48,25 +52,31 @@ PERIMPM_INLINE void twice_strain(const T F[9], T out[6]) {
         out[c] = i == j ? sum : sum + sum;
     }
 }
-/// |Y-| from |X|^2 and |Y-|^2 - |X|^2.
-template <class T>
-PERIMPM_INLINE T mean_length(const T& square, const T& longer) {
-    return sqrt(larger(square + longer, T(0)));
+/// |Y-|^2 - |X|^2 = X.(2 E X) from X (x) X, which costs no digits where strains are small.
+template <class P, class S, class T>
+PERIMPM_INLINE P lengthening(const S XX[6], const T twice_strain[6]) {
+    return (XX[0] * twice_strain[0] + XX[1] * twice_strain[1] + XX[2] * twice_strain[2]) +
+           (XX[3] * twice_strain[3] + XX[4] * twice_strain[4] + XX[5] * twice_strain[5]);
 }
 
-/// Adds S (|Y-| - |X| - e_p |X|)/|Y-| X (x) X of a bond: xx xy xz yy yz zz. `own`: S, or S |X|^2 unless it `is_exact`;
-/// yield(longer, both) takes what e_p means from |Y-|^2 - |X|^2, a product with both = |Y-| + |X|.
+/// Adds S (|Y-| - |X| - e_p |X|)/|Y-| X (x) X of a bond: xx xy xz yy yz zz. yield(longer, both) takes what e_p means from
+/// |Y-|^2 - |X|^2, a product with both = |Y-| + |X|.
 template <class P, class T, class Yield>
-PERIMPM_INLINE void add_averaged(const P X[3], const T twice_strain[6], const P& length, const P& own, bool is_exact,
+PERIMPM_INLINE void add_averaged(const P X[3], const T twice_strain[6], const P& length, const P& own,
                                  const Yield& yield, P sum[6]) {
     const P XX[6] = {X[0] * X[0], X[0] * X[1], X[0] * X[2], X[1] * X[1], X[1] * X[2], X[2] * X[2]};
-    P longer = XX[0] * twice_strain[0];  // X.(2 E X): costs no digits where strains are small
-    for (int c = 1; c < 6; ++c) longer += XX[c] * twice_strain[c];
-    const P square = XX[0] + XX[3] + XX[5], z = mean_length<P>(square, longer), both = z + length;
+    P longer = lengthening<P>(XX, twice_strain);
+    const P z = root_of(larger(P(XX[0] + XX[3] + XX[5] + longer), P(0))).root, both = z + length;
     yield(longer, both);
-    const P divisor = is_exact ? P(z * both) : P(z * both * square);
-    const P pull = own * (longer * inverse_length(divisor));
+    const P pull = own * (longer * inverse_length(P(z * both)));
     for (int c = 0; c < 6; ++c) sum[c] += pull * XX[c];
+}
+/// The same of all bonds on an axis, of which none yielded: S |X|^2 (|Y-| - |X|)/|Y-| n (x) n depends on their direction n
+/// alone. `own`: sum S |X|^2.
+template <class P, class Real>
+PERIMPM_INLINE void add_averaged_axis(const Real nn[6], const P twice_strain[6], const P& own, P sum[6]) {
+    const P pull = own * shortening_of(lengthening<P>(nn, twice_strain));
+    for (int c = 0; c < 6; ++c) sum[c] += pull * nn[c];
 }
 
 template <class Real>
@@ -106,10 +116,9 @@ public:
             const auto yield = [&](P& longer, const P& both) PERIMPM_INLINE_LAMBDA {
                 if (strain) longer -= length * bonds.load(strain) * both;
             };
-            add_averaged(X, twice, length, own, at_.own_is_exact, yield, sum);
+            add_averaged(X, twice, length, own, yield, sum);
         });
         reduce_four(sum, sums), reduce_four(sum + 4, sums + 4);
-        for (int c = 0; c < 6; ++c) sums[c] *= scale(i);
     }
     /// sum S_pq (|Y-| - |X|)/|Y-| X, and a number without meaning. Rounded as the neighbours' terms are in
     /// `force_as_printed`: the two ends of a bond pull alike.
@@ -118,13 +127,10 @@ public:
         for_each_kept(i, [&](const BondPack<Real>& bonds, const P X[4], const P& own) PERIMPM_INLINE_LAMBDA {
             P mean[3];
             deform(X, mean, F);
-            const P length = bonds.length();
-            const P stiffness = at_.own_is_exact ? own : P(own * inverse_length(P(length * length)));
-            const P pull = stiffness * relative_extension(mean, length);
+            const P pull = own * relative_extension(length_of(mean), bonds.length());
             for (int c = 0; c < 3; ++c) sum[c] += pull * X[c];
         });
         reduce_four(sum, sums);
-        for (int c = 0; c < 3; ++c) sums[c] *= scale(i);
     }
 
 private:
@@ -148,7 +154,8 @@ private:
             fetch(i, bonds, live, influence, X);
             bonds.difference(positions, position, Y);
             for (int c = 0; c < 4; ++c) X[c].copy_to(to + c * kLanes<Real>, std::experimental::vector_aligned);
-            for (int c = 0; c < 3; ++c) Y[c].copy_to(to + (4 + c) * kLanes<Real>, std::experimental::vector_aligned);
+            for (int c = 0; c < 3; ++c)
+                P(live * Y[c]).copy_to(to + (4 + c) * kLanes<Real>, std::experimental::vector_aligned);
             to += kEntry;
         });
     }
@@ -156,10 +163,10 @@ private:
     PERIMPM_INLINE void add_springs(std::uint32_t i, std::uint32_t slot, std::uint32_t end, P sum[3],
                                     P& largest) const {
         const Real *stiffness = b_.bond_constants[at_.stiffness], *from = kept_;
-        for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+        for_each_bond(b_, i, slot, end, [&](const BondPack<Real>& bonds, const P&) PERIMPM_INLINE_LAMBDA {
             const P Y[3] = {kept(from, 4), kept(from, 5), kept(from, 6)};
             from += kEntry;
-            add_spring(Y, bonds.length(), bonds.constant(stiffness), live, sum, largest);
+            add_spring(Y, length_of(Y), bonds.length(), bonds.constant(stiffness), sum, largest);
         });
     }
     /// Adds w^ V Y (x) X of the first `count` bonds kept. A loop of its own: with those of the springs, its sums would not
@@ -177,11 +184,9 @@ private:
     PERIMPM_INLINE static P kept(const Real* entry, int c) {
         return P(entry + c * kLanes<Real>, std::experimental::vector_aligned);
     }
-    /// Second sweep: body(pack, X, S_pq over `scale`, times |X|^2 unless `own_is_exact`) for the packs of bonds. S_pq is made
-    /// from what the first sweep kept: another number per bond would have to come from memory.
+    /// Second sweep: body(pack, X, S_pq) for the packs of bonds.
     template <class Body>
     PERIMPM_INLINE void for_each_kept(std::uint32_t i, Body body) const {
-        const Real* exact = at_.own_is_exact ? b_.bond_constants[at_.own] : nullptr;
         const Real* influence = influences();
         const bool whole = b_.family.row[i + 1] - b_.family.row[i] <= kKept * kLanes<Real>;
         const Real* from = kept_;
@@ -192,13 +197,10 @@ private:
             else
                 fetch(i, bonds, live, influence, X);
             from += kEntry;
-            body(bonds, X, exact ? P(live * bonds.constant(exact)) : X[3]);
+            body(bonds, X, P(live * bonds.constant(b_.bond_constants[at_.own])));
         });
     }
     const Real* influences() const { return at_.influence < 0 ? nullptr : b_.bond_constants[at_.influence]; }
-    Real scale(std::uint32_t i) const {
-        return at_.own_is_exact ? Real(1) : b_.particle_state[AveragedState::normalisation][0][i] * b_.volume[i];
-    }
 
     const Block<Real>& b_;
     BondFields at_;

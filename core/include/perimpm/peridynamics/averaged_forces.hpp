@@ -13,11 +13,10 @@ template <class Real>
     P largest(0);
     for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
         P f[3] = {}, extension(0);
-        family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P Y[3];
-            family.deformed(bonds, Y);
-            add_spring(Y, bonds.length(), bonds.constant(b.bond_constants[at.stiffness]), live, f, extension);
-        });
+        family.for_each_length(
+            fetch_only, [&](const auto& bonds, const P&, const P Y[3], const Root<P>& y) PERIMPM_INLINE_LAMBDA {
+                add_spring(Y, y, bonds.length(), bonds.constant(b.bond_constants[at.stiffness]), f, extension);
+            });
         for (P& sum : f) sum *= P(static_cast<Real>(lambda));  // (6), second term
         family.write(f, b.force);
         largest = larger(largest, extension);
@@ -29,24 +28,25 @@ template <class Real>
 template <class Real>
 [[gnu::noinline]] void force_as_printed(Block<Real>& b, const BondFields& at, double mu) {
     using P = Pack<Real>;
-    const Real* records = b.family_state[AveragedState::mean_deformation].data;
+    const Real* records = b.family_state[AveragedState::record].data;
     Real largest = 0;
     for (std::uint32_t i = 0; i < b.size; ++i) {
-        const Real* mine = records + MeanRecord::kWidth * std::size_t{b.first + i};
+        const Real* mine = b.family.reference + 4 * std::size_t{b.first + i};
         P f[4] = {};
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P theirs[MeanRecord::kWidth], X[3], there[3];
-            bonds.template gather_packed<MeanRecord::kWidth>(records, theirs);
-            for (int c = 0; c < 3; ++c) X[c] = theirs[MeanRecord::kReference + c] - mine[MeanRecord::kReference + c];
+            P theirs[kSumRecord], X[3], there[3];
+            bonds.template gather_packed<kSumRecord>(records, theirs);
+            for (int c = 0; c < 3; ++c) X[c] = theirs[9 + c] - mine[c];
             deform(X, there, theirs);
             const P other = bonds.constant(b.bond_constants[at.stiffness]) - bonds.constant(b.bond_constants[at.own]);
-            const P pull = live * other * relative_extension(there, bonds.length());
+            const P pull = live * other * relative_extension(length_of(there), bonds.length());
             for (int c = 0; c < 3; ++c) f[c] += pull * there[c];  // (6), first term, of -T<q,p>
         });
         Real sums[4];
         reduce_four(f, sums);
-        for (int c = 0; c < 3; ++c) b.force[c][i] = mine[MeanRecord::kForce + c] + static_cast<Real>(2 * mu) * sums[c];
-        largest = larger(largest, mine[MeanRecord::kExtension]);
+        for (std::size_t c = 0; c < 3; ++c)
+            b.force[c][i] = b.particle_state[AveragedState::known_force][c][i] + static_cast<Real>(2 * mu) * sums[c];
+        largest = larger(largest, b.particle_state[AveragedState::extension][0][i]);
     }
     b.largest_stretch = stretch_of(largest);
 }
@@ -59,12 +59,11 @@ template <class Real>
 template <class Real>
 Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
     const Families<Real>& family = b.family;
-    const Real* records = b.family_state[AveragedState::stress_record].data;
+    const Real* records = b.family_state[AveragedState::record].data;
     const Field<Real>& moment = b.particle_state[AveragedState::moment];
-    const Real* origin = family.reference;
+    const Real *origin = family.reference, *X = origin + 4 * std::size_t{b.first + i};
     const std::uint32_t begin = family.row[i], count = family.row[i + 1] - begin;
     const Real* influence = at.influence < 0 ? nullptr : b.bond_constants[at.influence] + family.shape[i];
-    const Real* mean = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
     const Real* own = records + kSumRecord * std::size_t{b.first + i};
     const std::uint32_t* neighbours = family.neighbour + begin;
     for (std::uint32_t k = 0; k < count; k += 16) {
@@ -85,11 +84,11 @@ Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
         Real here = 0, there = sums[9 + c];
         for (int k = 0; k < 3; ++k) {
             here += own[3 * c + k] * moment[k][i];
-            there -= sums[3 * c + k] * (mean[MeanRecord::kReference + k] - origin[k]);
+            there -= sums[3 * c + k] * (X[k] - origin[k]);
         }
-        b.force[c][i] = mean[MeanRecord::kForce + c] + here + b.volume[i] * there;
+        b.force[c][i] = b.particle_state[AveragedState::known_force][c][i] + here + b.volume[i] * there;
     }
-    return mean[MeanRecord::kExtension];
+    return b.particle_state[AveragedState::extension][0][i];
 }
 /// Of the families of a slice, which have X in common; returns the largest relative extension.
 template <class Real>
@@ -97,21 +96,18 @@ Real force_of_energy(Block<Real>& b, const AveragedSlice<Real>& slice) {
     using P = Pack<Real>;
     const Field<Real>& stress = b.family_state[AveragedState::averaged_stress];
     const FamilySlice<Real>& families = slice.families();
-    const std::uint32_t i = families.first();
-    P there[3], mean[4];
+    P there[3];
     slice.sum_stress(stress, there);
-    load_quads_apart<MeanRecord::kWidth>(
-        b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i + MeanRecord::kForce, mean);
     const P volume = families.at(b.volume);
     for (std::size_t c = 0; c < 3; ++c) {
         P here(0);
         for (std::size_t k = 0; k < 3; ++k)
             here += families.at(b.particle_state[AveragedState::averaged_stress][3 * c + k]) *
                     families.at(b.particle_state[AveragedState::moment][k]);
-        there[c] = mean[c] + here + volume * there[c];
+        there[c] = families.at(b.particle_state[AveragedState::known_force][c]) + volume * (here + there[c]);
     }
     families.write(there, b.force);
-    return hmax(mean[3]);
+    return hmax(families.at(b.particle_state[AveragedState::extension][0]));
 }
 template <class Real>
 [[gnu::noinline]] void force_of_energy(Block<Real>& b, const BondFields& at) {
@@ -145,11 +141,10 @@ void add_yielded(Block<Real>& b, const BondFields& at, const SpringModuli& modul
             const P spring = live * lambda * inverse_length(y) * (own * here + other * there);
             for (int c = 0; c < 3; ++c) f[c] -= spring * Y[c];
             if (!printed) return;
-            const Real* mine = b.particle_state[AveragedState::mean_deformation].data + MeanRecord::kWidth * i;
-            P theirs[MeanRecord::kWidth], X[3], mean[3];
-            bonds.template gather_packed<MeanRecord::kWidth>(b.family_state[AveragedState::mean_deformation].data,
-                                                             theirs);
-            bonds.difference(b.family.reference, mine + MeanRecord::kReference, X);
+            const Real* mine = b.particle_state[AveragedState::record].data + kSumRecord * std::size_t{i};
+            P theirs[kSumRecord], X[3], mean[3];
+            bonds.template gather_packed<kSumRecord>(b.family_state[AveragedState::record].data, theirs);
+            bonds.difference(b.family.reference, mine + 9, X);
             const auto add = [&](const auto* F, const P& stiffness, const P& yielded) {
                 deform(X, mean, F);
                 const P z = norm(mean), pull = live * two_mu * stiffness * (y - z - yielded) * inverse_length(z);

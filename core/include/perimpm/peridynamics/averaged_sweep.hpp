@@ -55,64 +55,60 @@ private:
 
     void average(const AveragedSlice<Real>& slice) {
         const FamilySlice<Real>& families = slice.families();
-        const std::uint32_t i = families.first();
-        P sums[12], F[9], S[6], K[6], H[9], X[4], HX[3], largest;
+        P sums[12], F[9], S[6], K[6], H[12], largest;
+        const auto put = [&](const Field<Real>& field, const P* numbers, std::size_t count) {
+            for (std::size_t c = 0; c < count; ++c) families.put(field[c], numbers[c]);
+        };
         for (std::size_t c = 0; c < 6; ++c) K[c] = families.at(b_.particle_state[State::shape_inverse][c]);
-        load_quads_apart(b_.family.reference + 4 * std::size_t{b_.first + i}, X);
         slice.sum_bonds(sums, largest);
-        times_symmetric(sums, K, F);  // (4)
-        const P lambda(lambda_);
-        Real* mean = mean_record(i);
-        put(mean, F[0], F[1], F[2], F[3]);
-        put(mean + 4, F[4], F[5], F[6], F[7]);
-        put(mean + 8, F[8], X[0], X[1], X[2]);
-        put(mean + MeanRecord::kForce, lambda * sums[9], lambda * sums[10], lambda * sums[11], largest);  // (6)
+        times_symmetric(sums, K, F);                         // (4)
+        for (int c = 9; c < 12; ++c) sums[c] *= P(lambda_);  // (6), second term
+        put(b_.particle_state[State::mean_deformation], F, 9);
+        put(b_.particle_state[State::known_force], sums + 9, 3);
+        put(b_.particle_state[State::extension], &largest, 1);
 
         slice.sum_averaged(F, S);
         stress_of(F, S, K, H);
-        times_position(H, X, HX);
-        for (std::size_t c = 0; c < 9; ++c) families.put(b_.particle_state[State::averaged_stress][c], H[c]);
-        Real* stress = stress_record(i);
-        put(stress, H[0], H[1], H[2], H[3]);
-        put(stress + 4, H[4], H[5], H[6], H[7]);
-        put(stress + 8, H[8], HX[0], HX[1], HX[2]);
-    }
-    static void put(Real* to, const P& x, const P& y, const P& z, const P& w) {
-        static_assert(kSumRecord == MeanRecord::kWidth);
-        const P quad[4] = {x, y, z, w};
-        store_quads_apart<kSumRecord>(to, quad);
+        const P inverse_volume = P(1) / families.at(b_.volume);
+        for (std::size_t c = 0; c < 9; ++c)
+            families.put(b_.particle_state[State::averaged_stress][c], inverse_volume * H[c]);
+        if (!families.is_read_alone()) return;
+        P X[4];
+        load_quads_apart(b_.family.reference + 4 * std::size_t{b_.first + families.first()}, X);
+        times_position(H, X, H + 9);
+        for (std::size_t c = 0; c < 12; c += 4) store_quads_apart<kSumRecord>(record(families.first()) + c, H + c);
     }
 
     void set_mean_deformation(std::uint32_t i) {
-        const Real* reference = b_.family.reference + 4 * std::size_t{b_.first + i};
-        Real* F = mean_record(i);
-        Real sums[12], K[6];
+        Real sums[12], K[6], *F = mean_[i % 2];
         load_shape_inverse(i, K);
-        F[MeanRecord::kExtension] = family_[i % 2].sum_bonds(i, sums);
+        b_.particle_state[State::extension][0][i] = family_[i % 2].sum_bonds(i, sums);
         times_symmetric(sums, K, F);  // (4)
-        for (int c = 0; c < 3; ++c) {
-            F[MeanRecord::kReference + c] = reference[c];
-            F[MeanRecord::kForce + c] = lambda_ * sums[9 + c];  // (6), second term
-        }
+        for (std::size_t c = 0; c < 9; ++c) b_.particle_state[State::mean_deformation][c][i] = F[c];
+        for (std::size_t c = 0; c < 3; ++c)
+            b_.particle_state[State::known_force][c][i] = lambda_ * sums[9 + c];  // (6), second term
     }
 
     void add_averaged(std::uint32_t i) {
         const AveragedFamily<Real>& family = family_[i % 2];
-        Real* F = mean_record(i);
+        const Real *F = mean_[i % 2], *X = b_.family.reference + 4 * std::size_t{b_.first + i};
+        Real* to = record(i);
         if (printed_) {
             Real pulls[4], force[3];
             family.sum_averaged_pulls(i, F, pulls);
             deform(pulls, force, F);
-            for (int c = 0; c < 3; ++c) F[MeanRecord::kForce + c] += two_mu_ * force[c];  // (6), first term, of T<p,q>
+            for (std::size_t c = 0; c < 3; ++c)
+                b_.particle_state[State::known_force][c][i] += two_mu_ * force[c];  // (6), first term, of T<p,q>
+            std::copy_n(F, 9, to), std::copy_n(X, 3, to + 9);
             return;
         }
         Real S[8], K[6];
         family.sum_averaged(i, F, S);
         load_shape_inverse(i, K);
-        Real* H = stress_record(i);
-        stress_of(F, S, K, H);
-        times_position(H, F + MeanRecord::kReference, H + 9);
-        for (std::size_t c = 0; c < 9; ++c) b_.particle_state[State::averaged_stress][c][i] = H[c];
+        stress_of(F, S, K, to);
+        times_position(to, X, to + 9);
+        for (std::size_t c = 0; c < 9 && FamilySlice<Real>::exist_in(b_); ++c)
+            b_.particle_state[State::averaged_stress][c][i] = to[c] / b_.volume[i];
     }
 
     /// V H from sum S_pq (|Y-| - |X|)/|Y-| X (x) X.
@@ -133,12 +129,8 @@ private:
         for (int r = 0; r < 3; ++r) out[r] = H[3 * r] * from[0] + H[3 * r + 1] * from[1] + H[3 * r + 2] * from[2];
     }
 
-    Real* mean_record(std::uint32_t i) const {
-        return b_.particle_state[State::mean_deformation].data + MeanRecord::kWidth * std::size_t{i};
-    }
-    Real* stress_record(std::uint32_t i) const {
-        return b_.particle_state[State::stress_record].data + kSumRecord * std::size_t{i};
-    }
+    /// What neighbours that go alone read, side by side: F- and X (as printed), or V H and V H X.
+    Real* record(std::uint32_t i) const { return b_.particle_state[State::record].data + kSumRecord * std::size_t{i}; }
     void load_shape_inverse(std::uint32_t i, Real K[6]) const {
         for (std::size_t c = 0; c < 6; ++c) K[c] = b_.particle_state[State::shape_inverse][c][i];
     }
@@ -148,6 +140,7 @@ private:
     bool printed_;
     const BondFields& at_;
     AveragedFamily<Real> family_[2];
+    Real mean_[2][9];  ///< F- of the families
 };
 
 /// A call of its own, without a law's type in it: all laws then have the same bits.

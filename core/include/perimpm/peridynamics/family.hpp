@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "perimpm/math/quads.hpp"
+#include "perimpm/math/root.hpp"
 #include "perimpm/model/block.hpp"
 #include "perimpm/model/params.hpp"
 
@@ -13,9 +14,16 @@
 namespace perimpm::peridynamics {
 
 template <class T>
+PERIMPM_INLINE T square_of(const T v[3]) {
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+template <class T>
+PERIMPM_INLINE Root<T> length_of(const T v[3]) {
+    return root_of(square_of(v));
+}
+template <class T>
 PERIMPM_INLINE T norm(const T v[3]) {
-    using std::sqrt;
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    return length_of(v).root;
 }
 
 /// Bonds ahead of which their numbers are asked for: they come from memory, in more and longer runs than the processor
@@ -120,17 +128,10 @@ PERIMPM_INLINE void store_energy(const Block<Real>& b, const BondPack<Real>& bon
     other.copy_to(b.stored.other + at, std::experimental::element_aligned);
 }
 
-/// 1/|v|, 0 for the zero vector (a bond shrunk to a point has no direction and no force).
-template <class T>
-PERIMPM_INLINE T inverse_length(const T& length) {
-    return select(length > T(0), T(1) / select(length > T(0), length, T(1)), T(0));
-}
-
 /// (|Z| - |X|)/|Z|, of which Z times the stiffness is a spring's force.
 template <class T>
-PERIMPM_INLINE T relative_extension(const T Z[3], const T& length) {
-    const T z = norm(Z);
-    return (z - length) * inverse_length(z);
+PERIMPM_INLINE T relative_extension(const Root<T>& z, const T& length) {
+    return (z.root - length) * z.inverse;
 }
 /// The stretch (|Y| - |X|)/|X| that belongs to a relative extension; infinite where that is 1 by rounding.
 template <class Real>

@@ -9,6 +9,9 @@
     are particles). */
 namespace perimpm::peridynamics {
 
+/// What for_each_length need not do while it fetches.
+inline constexpr auto fetch_only = [](const auto&, const auto*) {};
+
 /// The bonds of the block's particle i, a pack of them at a time. What sums over them is spread over the lanes.
 template <class Real>
 class OneFamily {
@@ -24,6 +27,18 @@ public:
     /// Y of the bonds.
     PERIMPM_INLINE void deformed(const BondPack<Real>& bonds, P Y[3]) const {
         bonds.difference(b_.family.position, b_.family.position + 4 * (b_.first + i_), Y);
+    }
+    /// Calls near(bonds, Y), then far(bonds, live, Y, |Y|), a pack of bonds at a time. Y is 0 for broken bonds and in lanes
+    /// without a bond.
+    template <class Near, class Far>
+    PERIMPM_INLINE void for_each_length(Near near, Far far) const {
+        for_each_bond([&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P Y[3];
+            deformed(bonds, Y);
+            for (P& y : Y) y *= live;
+            near(bonds, Y);
+            far(bonds, live, Y, length_of(Y));
+        });
     }
     /// Writes the sums over the family.
     PERIMPM_INLINE void write(const P sums[3], const Field<Real>& to) const {
@@ -47,17 +62,13 @@ private:
 /// An entry of a slice: lane l shows the bond of the l-th family. A lane whose family lacks it shows a particle that is no
 /// neighbour, with the entry's X: what it gives must be multiplied by `live` or by a constant, which is 0 there.
 template <class Real>
-struct SlicePack {
+struct SliceEntry {
     std::size_t neighbour;  ///< of the first family
     std::size_t first_constant;
     Real reference_length;
-    const Real* seen;            ///< X and V
-    const std::uint32_t* slots;  ///< by lane
+    const Real* seen;    ///< X and V
+    const Real* moment;  ///< w V X, w the constant LawNeeds::shared
 
-    /// Value of a per-bond field. Lanes without the bond show another one, which its owner may be writing.
-    PERIMPM_INLINE Pack<Real> load(const Real* field) const {
-        return Pack<Real>([&](std::size_t lane) { return field[slots[lane]]; });
-    }
     /// Value of a constant, 0 in lanes without the bond.
     PERIMPM_INLINE Pack<Real> constant(const Real* numbers) const {
         return Pack<Real>(numbers + first_constant, std::experimental::element_aligned);
@@ -69,6 +80,16 @@ struct SlicePack {
     /// Value of a field of the neighbours, indexed over the whole material.
     PERIMPM_INLINE Pack<Real> gather(const Real* field) const {
         return Pack<Real>(field + neighbour, std::experimental::element_aligned);
+    }
+};
+/// An entry with the slots of its bonds.
+template <class Real>
+struct SlicePack : SliceEntry<Real> {
+    const std::uint32_t* slots;  ///< by lane
+
+    /// Value of a per-bond field. Lanes without the bond show another one, which its owner may be writing.
+    PERIMPM_INLINE Pack<Real> load(const Real* field) const {
+        return Pack<Real>([&](std::size_t lane) { return field[slots[lane]]; });
     }
 };
 
@@ -84,25 +105,68 @@ public:
     /// Whether the block's families from particle i on are a slice, and none of them lost bonds.
     static bool begins_at(const Block<Real>& b, std::uint32_t i) {
         const Families<Real>& f = b.family;
-        if (f.slices.lanes != kSize || (b.first + i) % kSize != 0 || i + kSize > b.size || slice_of(b, i).size == 0)
-            return false;
+        if (!exist_in(b) || (b.first + i) % kSize != 0 || i + kSize > b.size || slice_of(b, i).size == 0) return false;
         return !f.damage ||
                std::all_of(f.damage + i, f.damage + i + kSize, [](std::uint32_t lost) { return lost == 0; });
     }
 
+    /// Whether families of the material may be in slices.
+    static bool exist_in(const Block<Real>& b) { return b.family.slices.lanes == kSize; }
+
     FamilySlice(const Block<Real>& b, std::uint32_t i) : b_{b}, i_{i}, slice_{slice_of(b, i)} {}
     std::uint32_t first() const { return i_; }
+    /// Whether a family that goes alone, as those that lost bonds do, may have a neighbour among these particles.
+    bool is_read_alone() const { return slice_.read_alone || b_.family.is_cut; }
 
     /// Calls body(pack, live) for the entries; `live` is 1 in the lanes that have the bond.
     template <class Body>
     PERIMPM_INLINE void for_each_bond(Body body) const {
-        if (slice_.masks == Slice::kWhole)
-            for_each_entry([](std::uint32_t) { return P(1); }, [](std::uint32_t, std::uint32_t) { return 1u; }, body);
-        else
-            for_each_entry([this](std::uint32_t k) PERIMPM_INLINE_LAMBDA { return ones_at<Real>(mask(k)); },
-                           [this](std::uint32_t k, std::uint32_t lane) { return mask(k) >> lane & 1; }, body);
+        with_masks([&](auto live, auto has) PERIMPM_INLINE_LAMBDA {
+            std::uint32_t slots[kSize];
+            std::copy_n(b_.family.row + i_, kSize, slots);
+            for (std::uint32_t k = 0; k < slice_.size; ++k) {
+                body(SlicePack<Real>{entry(k), slots}, live(k));
+                for (std::uint32_t lane = 0; lane < kSize; ++lane) slots[lane] += has(k, lane);
+            }
+        });
     }
-    PERIMPM_INLINE void deformed(const SlicePack<Real>& bonds, P Y[3]) const {
+    /// OneFamily::for_each_length with live = 1: there is no Y, and no constant, in lanes without a bond. Some entries in turns: a single loop would be a chain of operations that each wait for
+    /// the last, longer than what a processor looks ahead.
+    template <class Near, class Far>
+    PERIMPM_INLINE void for_each_length(Near near, Far far) const {
+        constexpr std::uint32_t kTurn = 16;
+        alignas(P) Real kept[kTurn][4 * kSize];
+        with_masks([&](auto live, auto) PERIMPM_INLINE_LAMBDA {
+            for (std::uint32_t begin = 0; begin < slice_.size; begin += kTurn) {
+                const std::uint32_t end = std::min(begin + kTurn, slice_.size);
+                for (std::uint32_t k = begin; k < end; ++k) {
+                    P Y[3];
+                    deformed(entry(k), Y);
+                    for (P& y : Y) y *= live(k);
+                    near(entry(k), Y);
+                    const P square = square_of(Y);
+                    for (std::uint32_t c = 0; c < 3; ++c)
+                        Y[c].copy_to(kept[k - begin] + c * kSize, std::experimental::vector_aligned);
+                    square.copy_to(kept[k - begin] + 3 * kSize, std::experimental::vector_aligned);
+                }
+                for (std::uint32_t k = begin; k < end; ++k) {
+                    P Y[4];
+                    for (std::uint32_t c = 0; c < 4; ++c)
+                        Y[c].copy_from(kept[k - begin] + c * kSize, std::experimental::vector_aligned);
+                    far(entry(k), P(1), Y, root_of(Y[3]));
+                }
+            }
+        });
+    }
+    /// Calls body(n n of the direction, as xx xy xz yy yz zz; sums of the families' axial constant times |X|^2) by axis.
+    template <class Body>
+    PERIMPM_INLINE void for_each_axis(Body body) const {
+        const Slices<Real>& all = b_.family.slices;
+        const Real *axis = all.axis + 6 * std::size_t{slice_.axis}, *sums = all.sum + slice_.sums;
+        for (std::uint32_t k = 0; k < slice_.axes; ++k, axis += 6, sums += kSize)
+            body(axis, P(sums, std::experimental::element_aligned));
+    }
+    PERIMPM_INLINE void deformed(const SliceEntry<Real>& bonds, P Y[3]) const {
         for (std::size_t c = 0; c < 3; ++c)
             Y[c] = bonds.gather(b_.family.y[c]) - P(b_.family.y[c] + b_.first + i_, std::experimental::element_aligned);
     }
@@ -124,20 +188,22 @@ private:
     }
     PERIMPM_INLINE std::uint32_t mask(std::uint32_t k) const { return b_.family.slices.mask[slice_.masks + k]; }
 
-    /// `live`: of entry k. `has`: 1 where family `lane` has the bond of entry k.
-    template <class Live, class Has, class Body>
-    PERIMPM_INLINE void for_each_entry(Live live, Has has, Body body) const {
+    /// Calls body(live, has): live(k) of entry k, and has(k, lane), 1 where a family has the bond of entry k.
+    template <class Body>
+    PERIMPM_INLINE void with_masks(Body body) const {
+        if (slice_.masks == Slice::kWhole)
+            body([](std::uint32_t) PERIMPM_INLINE_LAMBDA { return P(1); },
+                 [](std::uint32_t, std::uint32_t) { return 1u; });
+        else
+            body([this](std::uint32_t k) PERIMPM_INLINE_LAMBDA { return ones_at<Real>(mask(k)); },
+                 [this](std::uint32_t k, std::uint32_t lane) { return mask(k) >> lane & 1; });
+    }
+    PERIMPM_INLINE SliceEntry<Real> entry(std::uint32_t k) const {
         const Slices<Real>& all = b_.family.slices;
-        std::uint32_t slots[kSize];
-        std::copy_n(b_.family.row + i_, kSize, slots);
-        for (std::uint32_t k = 0; k < slice_.size; ++k) {
-            const std::uint32_t at = slice_.first + k;
-            const std::ptrdiff_t neighbour = static_cast<std::ptrdiff_t>(b_.first + i_) + all.offset[at];
-            body(SlicePack<Real>{static_cast<std::size_t>(neighbour), slice_.constants + std::uint64_t{kSize} * k,
-                                 all.length[at], all.bond + 4 * std::size_t{at}, slots},
-                 live(k));
-            for (std::uint32_t lane = 0; lane < kSize; ++lane) slots[lane] += has(k, lane);
-        }
+        const std::uint32_t at = slice_.first + k;
+        const std::ptrdiff_t neighbour = static_cast<std::ptrdiff_t>(b_.first + i_) + all.offset[at];
+        return {static_cast<std::size_t>(neighbour), slice_.constants + std::uint64_t{kSize} * k, all.length[at],
+                all.bond + 4 * std::size_t{at}, all.moment + 4 * std::size_t{at}};
     }
 
     const Block<Real>& b_;
