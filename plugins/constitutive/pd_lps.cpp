@@ -131,12 +131,25 @@ public:
             family.put(dilatation, theta);
             family.put(b.particle_state[kPressure][0], pressure);
             family.put_quad(b.particle_state[kRecord].data, record);
+            if (flow_.active()) flow_.yield(b, family, flow_fields_);
         });
-        for (std::uint32_t i = 0; i < b.size && flow_.active(); ++i) flow_.yield(b, i, dilatation[i], flow_fields_);
     }
 
     void evaluate(Block<Real>& b, Real) const override {
-        flow_.active() ? evaluate_as<true>(b) : evaluate_as<false>(b);
+        P largest(0);
+        for (std::uint32_t i = 0; i < b.size;) {
+            if (FamilySlice<Real>::begins_at(b, i)) {
+                const FamilySlice<Real> slice(b, i);
+                if (!flow_.active() || flow_.is_elastic(b, slice, flow_fields_)) {
+                    pull<false>(b, slice, largest);
+                    i += FamilySlice<Real>::kSize;
+                    continue;
+                }
+            }
+            const OneFamily<Real> family(b, i++);
+            flow_.active() ? pull<true>(b, family, largest) : pull<false>(b, family, largest);
+        }
+        b.largest_stretch = stretch_of(hmax(largest));
     }
 
     double max_wave_speed(const Block<Real>& b) const override {
@@ -196,38 +209,31 @@ private:
         }
     }
 
-    template <bool Yields>
-    void evaluate_as(Block<Real>& b) const {
+    /// Forces of a family or a slice; `largest`: of the relative extensions.
+    template <bool Yields, class Family>
+    void pull(Block<Real>& b, const Family& family, P& largest) const {
         const P stiffness(static_cast<Real>(deviatoric()));
-        P largest(0);
-        const auto force = [&](const auto& family) PERIMPM_INLINE_LAMBDA {
-            P f[3] = {}, extension(0);
-            const P pressure(family.at(b.particle_state[kPressure][0]));
-            const P own_y[3] = {P(family.at(b.x[0])), P(family.at(b.x[1])), P(family.at(b.x[2]))};
-            family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-                P other[4], Y[3];
-                neighbour(b, bonds, other);
-                for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - own_y[c];
-                const P x = bonds.length(), both = bonds.constant(b.bond_constants[kStiffness]),
-                        own = bonds.constant(b.bond_constants[kOwn]);
-                const Root<P> y = length_of(Y);
-                const P e = y.root - x;
-                P t = both * e + x * (own * pressure + (both - own) * other[0]);  // (4), both directions
-                if constexpr (Yields)
-                    t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
-                              (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
-                const P pull = live * stiffness * t * y.inverse;
-                extension = larger(extension, live * e * y.inverse);
-                for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
-            });
-            family.write(f, b.force);
-            largest = larger(largest, extension);
-        };
-        if constexpr (Yields)
-            for (std::uint32_t i = 0; i < b.size; ++i) force(OneFamily<Real>(b, i));
-        else
-            for_each_family(b, force);
-        b.largest_stretch = stretch_of(hmax(largest));
+        P f[3] = {}, extension(0);
+        const P pressure(family.at(b.particle_state[kPressure][0]));
+        const P own_y[3] = {P(family.at(b.x[0])), P(family.at(b.x[1])), P(family.at(b.x[2]))};
+        family.for_each_bond([&](const auto& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
+            P other[4], Y[3];
+            neighbour(b, bonds, other);
+            for (int c = 0; c < 3; ++c) Y[c] = other[1 + c] - own_y[c];
+            const P x = bonds.length(), both = bonds.constant(b.bond_constants[kStiffness]),
+                    own = bonds.constant(b.bond_constants[kOwn]);
+            const Root<P> y = length_of(Y);
+            const P e = y.root - x;
+            P t = both * e + x * (own * pressure + (both - own) * other[0]);  // (4), both directions
+            if constexpr (Yields)
+                t -= x * (own * bonds.load(b.bond_state[flow_fields_.strain]) +
+                          (both - own) * flow_.at_other_end(b, bonds, flow_fields_));
+            const P pull = live * stiffness * t * y.inverse;
+            extension = larger(extension, P(live * e * y.inverse));
+            for (int c = 0; c < 3; ++c) f[c] += pull * Y[c];  // (5)
+        });
+        family.write(f, b.force);
+        largest = larger(largest, extension);
     }
     /// pi and y of the neighbours.
     PERIMPM_INLINE static void neighbour(const Block<Real>& b, const BondPack<Real>& bonds, P other[4]) {

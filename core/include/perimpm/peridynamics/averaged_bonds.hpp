@@ -203,7 +203,7 @@ private:
         if constexpr (Flow::kMayYield)
             if (yields()) {
                 flow_fields_ = flow_.declare(at_.own, particle_fields_, bond_fields_);
-                at_.strain = flow_fields_.strain;
+                at_.strain = flow_fields_.strain, at_.has_yielded = flow_fields_.has_yielded;
             }
     }
 

@@ -23,7 +23,8 @@ struct AveragedState {
 struct BondFields {
     std::uint32_t stiffness = 0;  ///< constants, as the next two
     int own = -1, influence = -1;
-    int strain = -1;
+    int strain = -1;       ///< e_p, of bonds that may yield
+    int has_yielded = -1;  ///< field of particles, likewise
 };
 
 template <class T, class Entry>

@@ -129,6 +129,11 @@ void add_yielded(Block<Real>& b, const BondFields& at, const SpringModuli& modul
     using P = Pack<Real>;
     const P lambda(static_cast<Real>(moduli.lambda)), two_mu(static_cast<Real>(2 * moduli.mu));
     for (std::uint32_t i = 0; i < b.size; ++i) {
+        if (!printed && FamilySlice<Real>::begins_at(b, i) &&
+            flow.is_elastic(b, FamilySlice<Real>(b, i), flow_fields)) {
+            i += FamilySlice<Real>::kSize - 1;
+            continue;
+        }
         const Real* position = b.family.position + 4 * std::size_t{b.first + i};
         P f[4] = {};
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {

@@ -67,10 +67,7 @@ public:
 
 private:
     bool has_yielded() const {
-        if (at_.strain < 0) return false;
-        const std::uint32_t* row = b_.family.row + families_.first();
-        const Real* strain = b_.bond_state[at_.strain];
-        return std::any_of(strain + row[0], strain + row[FamilySlice<Real>::kSize], [](Real e) { return e != 0; });
+        return at_.has_yielded >= 0 && any_of(families_.at(b_.particle_state[at_.has_yielded][0]) != P(0));
     }
 
     const Block<Real>& b_;

@@ -4,7 +4,7 @@
 
 #include "perimpm/error.hpp"
 #include "perimpm/model/params.hpp"
-#include "perimpm/peridynamics/family.hpp"
+#include "perimpm/peridynamics/family_slice.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
 /*! Yielding of bonds in shear. With M the law's modulus (2 mu + lambda of Lyu et al. 2019, 15 mu of the linear peridynamic
@@ -48,7 +48,9 @@ public:
     struct Fields {
         int own = -1;                                    ///< constant of bonds, the caller's
         int strain = -1, opposite = -1, hardening = -1;  ///< of bonds
-        int dilatation = -1, family_hardening = -1;      ///< of particles
+        int dilatation = -1, family_hardening = -1;      ///< of particles, as the next two
+        int dilatation_moment = -1;                      ///< -1: the caller has its own dilatation
+        int has_yielded = -1;                            ///< 1 once a bond of the family did, else 0
     };
 
     /// `modulus`: M; `return_factor`: of (3); `stress_per_strain`: of (4) [Pa].
@@ -84,8 +86,12 @@ public:
         at.strain = add(bonds, {.name = "plastic_strain", .doc = "e_p, what the bond has yielded, over its length"});
         at.opposite = add(bonds, {.name = "opposite", .doc = "place of the bond in the family of its other end"});
         at.dilatation = dilatation;
-        if (dilatation < 0)
+        if (dilatation < 0) {
             at.dilatation = add(particles, {.name = "dilatation", .doc = "theta, the relative change of volume"});
+            at.dilatation_moment = add(
+                particles, {.name = "dilatation_moment", .unit = "m^5", .doc = "sum S |X|^4 over the whole family"});
+        }
+        at.has_yielded = add(particles, {.name = "has_yielded", .doc = "1 once a bond of the family yielded, else 0"});
         if (hardening_ > 0 && !family_)
             at.hardening = add(bonds, {.name = "yielded", .doc = "strain yielded so far, either way"});
         if (family_)
@@ -97,38 +103,64 @@ public:
     template <class Real>
     void initialise(Block<Real>& b, const Fields& at) const {
         const std::uint32_t* row = b.family.row - b.first;
-        for (std::uint32_t slot = b.family.row[0], i = 0; i < b.size; ++i)
-            for (; slot < b.family.row[i + 1]; ++slot)
+        for (std::uint32_t i = 0; i < b.size; ++i) {
+            double moment = 0;
+            for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
                 b.bond_state[at.opposite][slot] =
                     static_cast<Real>(opposite_slot(b, i, slot) - row[b.family.neighbour[slot]]);
+                const std::uint32_t constant = constant_of(b.family, i, slot);
+                const double X = static_cast<double>(b.family.length[constant]);
+                moment += static_cast<double>(b.bond_constants[at.own][constant]) * X * X * X * X;
+            }
+            if (at.dilatation_moment >= 0) b.particle_state[at.dilatation_moment][0][i] = static_cast<Real>(moment);
+        }
     }
 
     /// Part of a law's `prepare`: the dilatation sum S |X|^3 e over the live bonds to sum S |X|^4 over all, three times,
     /// and the return mapping.
     template <class Real>
     void advance(Block<Real>& b, const Fields& at) const {
-        for (std::uint32_t i = 0; i < b.size; ++i) {
-            Pack<Real> expansion(0);
-            for_each_bond(b, i, [&](const BondPack<Real>& bonds, const Pack<Real>& live) PERIMPM_INLINE_LAMBDA {
-                const Pack<Real> X = bonds.length();
-                expansion += live * bonds.constant(b.bond_constants[at.own]) * X * X * X * extension(b, i, bonds, X);
-            });
-            double moment = 0;
-            for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
-                const std::uint32_t constant = constant_of(b.family, i, slot);
-                const double X = static_cast<double>(b.family.length[constant]);
-                moment += static_cast<double>(b.bond_constants[at.own][constant]) * X * X * X * X;
-            }
-            const Real theta = moment > 0 ? 3 * reduce(expansion) / static_cast<Real>(moment) : Real(0);
-            b.particle_state[at.dilatation][0][i] = theta;
-            yield(b, i, theta, at);
-        }
+        using P = Pack<Real>;
+        for_each_family(b, [&](const auto& family) PERIMPM_INLINE_LAMBDA {
+            P expansion(0);
+            const auto expand = [&](const auto& bonds, const P& live, const P*,
+                                    const Root<P>& y) PERIMPM_INLINE_LAMBDA {
+                const P X = bonds.length();
+                expansion += live * bonds.constant(b.bond_constants[at.own]) * X * X * X * (y.root - X);
+            };
+            family.for_each_length(fetch_only, expand);
+            const auto moment = family.at(b.particle_state[at.dilatation_moment][0]);
+            family.put(b.particle_state[at.dilatation][0], Real(3) * family.total(expansion) * inverse_length(moment));
+            yield(b, family, at);
+        });
     }
 
-    /// The return mapping of particle i for its dilatation.
+    /// The return mapping of a family, or of those of a slice, for their dilatation.
     template <class Real>
-    void yield(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
-        family_ ? yield_together(b, i, theta, at) : yield_apart(b, i, theta, at);
+    void yield(Block<Real>& b, const OneFamily<Real>& family, const Fields& at) const {
+        const std::uint32_t i = family.index();
+        const Real theta = b.particle_state[at.dilatation][0][i];
+        if (family_ ? yield_together(b, i, theta, at) : yield_apart(b, i, theta, at))
+            b.particle_state[at.has_yielded][0][i] = 1;
+    }
+    /// Families go one by one where some have yielded, and where some may yield now.
+    template <class Real>
+    void yield(Block<Real>& b, const FamilySlice<Real>& slice, const Fields& at) const {
+        using P = Pack<Real>;
+        P may = slice.at(b.particle_state[at.has_yielded][0]);
+        may = any_of(may != P(0)) ? P(1) : family_ ? may_yield_together(b, slice, at) : may_yield_apart(b, slice, at);
+        for (std::uint32_t lane = 0; lane < kLanes<Real>; ++lane)
+            if (may[lane] != 0) yield(b, OneFamily<Real>(b, slice.first() + lane), at);
+    }
+
+    /// Whether no bond of the slice has yielded, at neither end.
+    template <class Real>
+    PERIMPM_INLINE bool is_elastic(const Block<Real>& b, const FamilySlice<Real>& slice, const Fields& at) const {
+        Pack<Real> any = slice.at(b.particle_state[at.has_yielded][0]);
+        if (any_of(any != Pack<Real>(0))) return false;
+        slice.for_each_entry([&](const SliceEntry<Real>& bonds)
+                                 PERIMPM_INLINE_LAMBDA { any += bonds.gather(b.family_state[at.has_yielded][0]); });
+        return all(any == Pack<Real>(0));
     }
 
     /// e_p of the bonds as their other ends have it.
@@ -144,35 +176,99 @@ public:
 
 private:
     template <class Real>
-    static Pack<Real> extension(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds,
-                                const Pack<Real>& X) {
-        Pack<Real> Y[3];
-        bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
-        return norm(Y) - X;
+    static Pack<Real> volume(const Block<Real>& b, const BondPack<Real>& bonds) {
+        return bonds.gather(b.family.volume);
     }
-    /// e_dev - e_p, and g of (1).
+    template <class Real>
+    static Pack<Real> volume(const Block<Real>&, const SliceEntry<Real>& bonds) {
+        return bonds.volume();
+    }
+    /// e_dev - e_p, and g of (1), for the |Y|, theta, e_p and V_p of the bonds.
+    template <class Real, class Bonds>
+    PERIMPM_INLINE void state(const Block<Real>& b, const Bonds& bonds, const Pack<Real>& y, const Pack<Real>& theta,
+                              const Pack<Real>& strain, const Pack<Real>& own_volume, const Fields& at,
+                              Pack<Real>& elastic, Pack<Real>& g) const {
+        const Pack<Real> X = bonds.length();
+        elastic = (y - X) * inverse_length(X) - theta / 3 - strain;
+        g = static_cast<Real>(modulus_) * bonds.constant(b.bond_constants[at.own]) * X /
+            (own_volume * volume(b, bonds));
+    }
     template <class Real>
     void state(const Block<Real>& b, std::uint32_t i, const BondPack<Real>& bonds, Real theta, const Fields& at,
                Pack<Real>& elastic, Pack<Real>& g) const {
-        const Pack<Real> X = bonds.length();
-        elastic = extension(b, i, bonds, X) * inverse_length(X) - theta / 3 - bonds.load(b.bond_state[at.strain]);
-        g = static_cast<Real>(modulus_) * bonds.constant(b.bond_constants[at.own]) * X /
-            (b.volume[i] * bonds.gather(b.family.volume));
+        Pack<Real> Y[3];
+        bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
+        state(b, bonds, norm(Y), Pack<Real>(theta), bonds.load(b.bond_state[at.strain]), Pack<Real>(b.volume[i]), at,
+              elastic, g);
+    }
+    /// The bond's limit of |e_dev - e_p|, without hardening.
+    template <class P>
+    PERIMPM_INLINE P limit_of(const P& g) const {
+        const P limit(static_cast<Scalar<P>>(limit_));
+        return by_stress_ ? limit : limit * inverse_length(g);
+    }
+    /// A power of two by which g is small enough for its square to be a number of single precision.
+    template <class Real>
+    Real unit_of(Real volume) const {
+        return static_cast<Real>(std::exp2(-std::ilogb(modulus_ / static_cast<double>(volume))));
     }
 
-    template <class Real>
-    void yield_apart(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
+    /// Calls body(bonds, e_dev, g) for the bonds of a slice that has not yielded.
+    template <class Real, class Body>
+    PERIMPM_INLINE void for_each_state(const Block<Real>& b, const FamilySlice<Real>& slice, const Fields& at,
+                                       Body body) const {
         using P = Pack<Real>;
-        const P factor(static_cast<Real>(factor_ / (1 + hardening_))), limit(static_cast<Real>(limit_));
+        const P theta = slice.at(b.particle_state[at.dilatation][0]), V = slice.at(b.volume);
+        slice.for_each_length(fetch_only,
+                              [&](const auto& bonds, const P&, const P*, const Root<P>& y) PERIMPM_INLINE_LAMBDA {
+                                  P elastic, g;
+                                  state(b, bonds, y.root, theta, P(0), V, at, elastic, g);
+                                  body(bonds, elastic, g);
+                              });
+    }
+    /// Other than 0 in the lanes whose families yield, or nearly so.
+    template <class Real>
+    Pack<Real> may_yield_apart(const Block<Real>& b, const FamilySlice<Real>& slice, const Fields& at) const {
+        using P = Pack<Real>;
+        P may(0);
+        for_each_state(b, slice, at, [&](const auto&, const P& elastic, const P& g) PERIMPM_INLINE_LAMBDA {
+            may = select(g > P(0) && abs(elastic) > kNearly<Real> * limit_of(g), P(1), may);
+        });
+        return may;
+    }
+    template <class Real>
+    Pack<Real> may_yield_together(const Block<Real>& b, const FamilySlice<Real>& slice, const Fields& at) const {
+        using P = Pack<Real>;
+        const Real unit = unit_of(b.volume[slice.first()]);
+        P stress2(0), gain2(0);
+        for_each_state(b, slice, at, [&](const auto& bonds, const P& elastic, const P& g) PERIMPM_INLINE_LAMBDA {
+            const P scaled = unit * g, weight = scaled * scaled * bonds.volume();
+            gain2 += weight, stress2 += weight * elastic * elastic;
+        });
+        const P five_per_gain = Real(5) * inverse_length(gain2), limit(static_cast<Real>(limit_));
+        const P allowed = by_stress_ ? limit : limit * unit * sqrt(five_per_gain);
+        return select(sqrt(stress2 * five_per_gain) > kNearly<Real> * allowed, P(1), P(0));
+    }
+    /// A few roundings below 1.
+    template <class Real>
+    static constexpr Real kNearly = 1 - 64 * std::numeric_limits<Real>::epsilon();
+
+    /// Whether any bond yields.
+    template <class Real>
+    bool yield_apart(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
+        using P = Pack<Real>;
+        const P factor(static_cast<Real>(factor_ / (1 + hardening_)));
+        bool yields = false;
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
-            P elastic, g, allowed = limit;
+            P elastic, g;
             state(b, i, bonds, theta, at, elastic, g);
-            const auto pulls = g > P(0);  // moment-exact weights may be negative: such bonds only balance others
-            if (!by_stress_) allowed = limit / select(pulls, g, P(1));
+            P allowed = limit_of(g);
             if (at.hardening >= 0) allowed += static_cast<Real>(hardening_) * bonds.load(b.bond_state[at.hardening]);
             const P excess = abs(elastic) - allowed;
-            const auto over = pulls && live > P(0) && excess > P(0);
+            // moment-exact weights may be negative: such bonds only balance others
+            const auto over = g > P(0) && live > P(0) && excess > P(0);
             if (!any_of(over)) return;
+            yields = true;
             const P flow = select(over, factor * excess, P(0));
             Real* strain = b.bond_state[at.strain] + bonds.slot;
             store(strain, P(bonds.load(b.bond_state[at.strain]) + copysign(flow, elastic)), bonds.size);
@@ -180,13 +276,14 @@ private:
             store(b.bond_state[at.hardening] + bonds.slot, P(bonds.load(b.bond_state[at.hardening]) + flow),
                   bonds.size);
         });
+        return yields;
     }
 
+    /// Whether the family yields.
     template <class Real>
-    void yield_together(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
+    bool yield_together(Block<Real>& b, std::uint32_t i, Real theta, const Fields& at) const {
         using P = Pack<Real>;
-        // g^2 of small particles is beyond single precision; a power of two changes no other bit
-        const auto unit = static_cast<Real>(std::exp2(-std::ilogb(modulus_ / static_cast<double>(b.volume[i]))));
+        const Real unit = unit_of(b.volume[i]);
         P stress2(0), gain2(0);
         for_each_bond(b, i, [&](const BondPack<Real>& bonds, const P& live) PERIMPM_INLINE_LAMBDA {
             P elastic, g;
@@ -196,12 +293,12 @@ private:
             gain2 += weight, stress2 += weight * elastic * elastic;
         });
         const double gain = static_cast<double>(reduce(gain2));
-        if (gain <= 0) return;
+        if (gain <= 0) return false;
         const double strain = std::sqrt(5 * static_cast<double>(reduce(stress2)) / gain);
         Real& yielded = b.particle_state[at.family_hardening][0][i];
         const double allowed =
             (by_stress_ ? limit_ : limit_ * double(unit) * std::sqrt(5 / gain)) + hardening_ * double(yielded);
-        if (strain <= allowed) return;
+        if (strain <= allowed) return false;
         const double flow = factor_ * (strain - allowed) / (1 + hardening_);
         yielded += static_cast<Real>(flow);
         const P share(static_cast<Real>(flow / strain));
@@ -211,6 +308,7 @@ private:
             store(b.bond_state[at.strain] + bonds.slot, P(bonds.load(b.bond_state[at.strain]) + live * share * elastic),
                   bonds.size);
         });
+        return true;
     }
 
     double modulus_;

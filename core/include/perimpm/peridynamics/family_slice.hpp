@@ -19,6 +19,7 @@ class OneFamily {
 
 public:
     OneFamily(const Block<Real>& b, std::uint32_t i) : b_{b}, i_{i} {}
+    std::uint32_t index() const { return static_cast<std::uint32_t>(i_); }
 
     template <class Body>
     PERIMPM_INLINE void for_each_bond(Body body) const {
@@ -129,6 +130,11 @@ public:
                 for (std::uint32_t lane = 0; lane < kSize; ++lane) slots[lane] += has(k, lane);
             }
         });
+    }
+    /// Calls body(entry) for the entries.
+    template <class Body>
+    PERIMPM_INLINE void for_each_entry(Body body) const {
+        for (std::uint32_t k = 0; k < slice_.size; ++k) body(entry(k));
     }
     /// OneFamily::for_each_length with live = 1: there is no Y, and no constant, in lanes without a bond. Some entries in turns: a single loop would be a chain of operations that each wait for
     /// the last, longer than what a processor looks ahead.
