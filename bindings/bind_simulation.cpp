@@ -228,7 +228,11 @@ void bind_stiffness(py::module_& m) {
                                [](const MeasuredStiffness& s) {
                                    return py::make_tuple(s.worst_position[0], s.worst_position[1], s.worst_position[2]);
                                })
-        .def_readonly("unstable_particles", &MeasuredStiffness::unstable_particles);
+        .def_readonly("unstable_particles", &MeasuredStiffness::unstable_particles)
+        .def("__repr__", [](const MeasuredStiffness& s) {
+            return py::str("<MeasuredStiffness of {}: asked {:.4g} Pa and {:.4g}, bulk {:.4g} Pa and {:.4g}>")
+                .format(s.material, s.youngs_modulus, s.poisson_ratio, s.bulk.youngs_modulus, s.bulk.poisson_ratio);
+        });
 }
 
 void bind_records(py::module_& m) {
@@ -238,7 +242,11 @@ void bind_records(py::module_& m) {
         .def_readonly("elastic", &Ledger::elastic)
         .def_readonly("potential", &Ledger::potential)
         .def_readonly("momentum", &Ledger::momentum)
-        .def_readonly("angular_momentum", &Ledger::angular_momentum);
+        .def_readonly("angular_momentum", &Ledger::angular_momentum)
+        .def("__repr__", [](const Ledger& l) {
+            return py::str("<Ledger at {:.4g} s: kinetic {:.4g} J, elastic {:.4g} J, potential {:.4g} J>")
+                .format(l.time, l.kinetic, l.elastic, l.potential);
+        });
     py::class_<Fragment>(m, "Fragment", "A piece of matter: particles that live bonds join.")
         .def_readonly("id", &Fragment::id, "The least id of its particles.")
         .def_readonly("particles", &Fragment::particles)
@@ -258,7 +266,10 @@ void bind_records(py::module_& m) {
     py::class_<PassTime>(m, "PassTime", "Wall time of one pass since the start.")
         .def_readonly("name", &PassTime::name)
         .def_readonly("calls", &PassTime::calls)
-        .def_readonly("seconds", &PassTime::seconds);
+        .def_readonly("seconds", &PassTime::seconds)
+        .def("__repr__", [](const PassTime& t) {
+            return py::str("<PassTime {}: {} calls, {:.3g} s>").format(t.name, t.calls, t.seconds);
+        });
     py::class_<Progress>(m, "Progress", "Where a run is.")
         .def_readonly("frame", &Progress::frame, "Last frame written.")
         .def_readonly("frames", &Progress::frames, "Frames to write.")

@@ -143,7 +143,8 @@ TEMPLATE_TEST_CASE("every law: families in lanes and families one by one have th
         if (name == "pd_elastic" || name == "pd_bond" || name == "pd_lps")
             for (const char* more : {"surface = \"none\"\n", "surface = \"family\"\n"}) tables.push_back(more);
         if (name == "pd_elastic")
-            for (const char* more : {"influence = \"constant\"\n", "bending_ratio = 0.0\n"}) tables.push_back(more);
+            for (const char* more : {"influence = \"constant\"\n", "bending_ratio = 0.0\n", "surface = \"ghost\"\n"})
+                tables.push_back(more);
         if (name == "deviatoric_plastic" || name == "pd_lps")
             for (const char* rule : {"bond", "family"})
                 tables.push_back(fmt::format("yield_stress = 1e4\nyield = \"{}\"\n", rule));

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -116,6 +117,14 @@ def test_run_json(folder: Path) -> None:
     assert record["scene"]["material"]["rubber"]["density"] == 1000.0
     times = {p["name"]: p for p in record["passes"]}["gather"]
     assert times["ns_per_particle_step"] == pytest.approx(1e9 * times["seconds"] / (1728 * record["steps"]))
+
+
+def test_the_same_run_leaves_the_same_frames(box: dict[str, Any], tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        perimpm.Simulation(box).run(frames=2, output=tmp_path / folder)
+        time.sleep(1.1)  # times in files are whole seconds
+    for frame in ("frame.0001.h5", "frame.0002.h5"):
+        assert (tmp_path / "one" / frame).read_bytes() == (tmp_path / "two" / frame).read_bytes()
 
 
 def test_a_shorter_run_leaves_no_older_frames(box: dict[str, Any], folder: Path) -> None:

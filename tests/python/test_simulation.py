@@ -125,6 +125,11 @@ def test_pass_times(box: dict[str, Any]) -> None:
     calls = {p.name: p.calls for p in sim.pass_times}
     assert calls["gather"] + calls.get("gather, stress and scatter", 0) == 3
     assert all(p.seconds >= 0 for p in sim.pass_times)
+    times = sim.pass_times[0]
+    assert repr(times) == f"<PassTime {times.name}: {times.calls} calls, {times.seconds:.3g} s>"
+    ledger = sim.ledger
+    sums = f"kinetic {ledger.kinetic:.4g} J, elastic {ledger.elastic:.4g} J, potential {ledger.potential:.4g} J"
+    assert repr(ledger) == f"<Ledger at {ledger.time:.4g} s: {sums}>"
 
 
 def test_fragments_and_relaxations_show_what_they_hold(bonded: dict[str, Any]) -> None:

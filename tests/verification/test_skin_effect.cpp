@@ -85,6 +85,39 @@ TEST_CASE("skin effect: moment-exact weights make bond laws exact at surfaces", 
 
 namespace {
 
+/// C11 over 1.2 E of the full lattice with the default (linear) influence: 5 sum w^ n_1^4 / sum w^.
+double lattice_ratio(double horizon) {
+    const int reach = static_cast<int>(horizon);
+    double sum = 0, along = 0;
+    for (int i = -reach; i <= reach; ++i)
+        for (int j = -reach; j <= reach; ++j)
+            for (int k = -reach; k <= reach; ++k) {
+                const double X = std::sqrt(double(i * i + j * j + k * k));
+                if (X == 0 || X >= horizon) continue;
+                sum += 1 - X / horizon;
+                along += (1 - X / horizon) * std::pow(i / X, 4);
+            }
+    return 5 * along / sum;
+}
+
+}  // namespace
+
+TEST_CASE("skin effect: ghosts give thin bars the modulus that the lattice has inside", "[verification]") {
+    for (const double horizon : {2.01, 2.2, 3.015}) {
+        std::cout << fmt::format("pd_elastic  horizon {:5}  lattice {:.4f}", horizon, lattice_ratio(horizon));
+        for (const int width : {5, 10}) {
+            CAPTURE(horizon, width);
+            const double ratio =
+                force_ratio("pd_elastic", fmt::format("horizon = {}\nsurface = \"ghost\"", horizon), width);
+            std::cout << fmt::format("  ghost {:2} {:.4f}", width, ratio);
+            CHECK_THAT(ratio / lattice_ratio(horizon), WithinAbs(1, width == 5 ? 0.05 : 0.02));
+        }
+        std::cout << '\n';
+    }
+}
+
+namespace {
+
 /// The bar of `counts` particles `h` apart, centred, with y = X + strain X_axis e_axis everywhere: the force [N] that its
 /// halves beyond the plane X_axis = at exchange.
 double reaction(const ConstitutiveLaw<double>& law, const std::array<int, 3>& counts, double h, int axis, double strain,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -30,15 +31,16 @@ bool read_word(const Value& value, const ParamSpec& spec, const std::string& wha
     return true;
 }
 
-void require_vector(const Value& value, const ParamSpec& spec, const std::string& what) {
+void require_vector(const Value& value, const ParamSpec& spec, const std::string& what, double out[3]) {
     const auto* list = std::get_if<Value::List>(&value.data);
     if (!list) refuse_kind(value, spec, what);
     if (list->size() != 3) {
         throw InputError{value.place.text(), fmt::format("'{}' in {} must be a list of 3 numbers{}, got {}", spec.key,
                                                          what, unit_note(spec), list->size())};
     }
-    for (const Value& element : *list) {
-        check_range(require_number(element, spec, what), element.place, spec, what);
+    for (std::size_t c = 0; c < 3; ++c) {
+        out[c] = require_number((*list)[c], spec, what);
+        check_range(out[c], (*list)[c].place, spec, what);
     }
 }
 
@@ -154,7 +156,7 @@ ParamValue Reader::read(const ParamSpec& spec) {
             break;
         }
         case ParamKind::vector:
-            require_vector(*value, spec, what_);
+            require_vector(*value, spec, what_, out.vector);
             break;
         case ParamKind::table:
             if (!value->is_table()) refuse_kind(*value, spec, what_);
@@ -188,13 +190,8 @@ std::string Reader::text(const char* key) const {
 }
 
 std::array<double, 3> Reader::vector(const char* key, std::array<double, 3> fallback) const {
-    const Value* value = this->value(key);
-    if (!value) return fallback;
-    const ParamSpec& spec = specs_[index(key)];
-    const auto& list = std::get<Value::List>(value->data);
-    std::array<double, 3> result;
-    for (std::size_t i = 0; i < 3; ++i) result[i] = require_number(list[i], spec, what_);
-    return result;
+    if (!given(key)) return fallback;
+    return std::to_array(values_[index(key)].vector);
 }
 
 const Value* Reader::value(const char* key) const { return given(key) ? table_->find(key) : nullptr; }

@@ -1,6 +1,7 @@
 """Both workloads beside every installed peer and beside our dearer forms (cubic splines, averaged bonds), in turns.
 
-Writes throughput.csv and throughput.png beside this file: one row for each engine in each setting.
+Writes throughput_block.csv, throughput_cube.csv and pictures of both beside this file: one row for each engine in each
+setting.
 """
 
 from __future__ import annotations
@@ -62,17 +63,22 @@ def main() -> None:
     parser.add_argument("--reps", type=int, default=5, help="rounds")
     args = parser.parse_args()
     models = {"mpm-block": ("fixed_corotated", "apic", 2), "pd-cube": ("pd_bond", "particle", None)}
-    table: list[tuple[object, ...]] = []
     for workload in args.workloads:
+        table: list[tuple[object, ...]] = []
+        name = "throughput_" + workload.split("-")[1]
         law, transfer, order = models[workload]
         sides = args.block_sides if workload == "mpm-block" else args.cube_sides
         for side, precision, threads in itertools.product(sides, args.precisions, args.threads):
             table += rows(Run(workload, law, transfer, order, precision, threads, side), args)
-            write_csv("throughput", COLUMNS, table)
-    settings = {f"{r[0]} {r[1]}\n{r[2]}, {r[3]}": [] for r in table}
-    for r in table:
-        settings[f"{r[0]} {r[1]}\n{r[2]}, {r[3]}"].append((str(r[4]), float(str(r[7]))))
-    grouped_bars("throughput", settings, "time / perimpm, medians of the rounds")
+            write_csv(name, COLUMNS, table)
+        draw(name, table)
+
+
+def draw(name: str, table: list[tuple[object, ...]]) -> None:
+    settings: dict[str, list[tuple[str, float]]] = {}
+    for workload, side, precision, threads, engine, _, _, ratio, *_ in table:
+        settings.setdefault(f"{workload} {side}\n{precision}, {threads}", []).append((str(engine), float(str(ratio))))
+    grouped_bars(name, settings, "time / perimpm, medians of the rounds")
 
 
 if __name__ == "__main__":

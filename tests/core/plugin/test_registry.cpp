@@ -1,6 +1,7 @@
 // PERIMPM_TEST_PLUGINS: folder with the plugins of tests/core/plugin/fixtures, by family.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -126,9 +127,13 @@ TEST_CASE("registry: what a constructor throws keeps its type across the border"
 }
 
 TEST_CASE("params: an undeclared key is a programming error, a text compares by value", "[plugin]") {
-    const ParamSpec specs[] = {{.key = "a"}, {.key = "b", .kind = ParamKind::text}};
-    const ParamValue values[] = {{.number = 2.0, .given = true}, {.text = "yes"}};
-    const Params params{specs, values, 2, {.density = 5.0}};
+    const ParamSpec specs[] = {
+        {.key = "a"}, {.key = "b", .kind = ParamKind::text}, {.key = "c", .kind = ParamKind::vector}};
+    const ParamValue values[] = {
+        {.number = 2.0, .given = true}, {.text = "yes"}, {.given = true, .vector = {1.0, 2.0, 3.0}}};
+    const Params params{specs, values, 3, {.density = 5.0}};
+    CHECK(params.vector("c")[2] == 3.0);
+    CHECK(std::isnan(params.vector("a")[0]));
     CHECK(params["a"] == 2.0);
     CHECK(params.given("a"));
     CHECK_FALSE(params.given("b"));
@@ -136,7 +141,7 @@ TEST_CASE("params: an undeclared key is a programming error, a text compares by 
     CHECK_FALSE(params.is("b", "no"));
     CHECK_FALSE(params.is("a", "yes"));
     CHECK(params.context().density == 5.0);
-    CHECK_THROWS_AS(params["c"], std::logic_error);
+    CHECK_THROWS_AS(params["d"], std::logic_error);
 }
 
 TEST_CASE("registry: an unknown name gets the closest one", "[plugin]") {

@@ -76,7 +76,7 @@ TEST_CASE("plan: when a pass runs", "[step]") {
     };
     const std::string every_fourth =
         R"(material.rubber.fracture={ type = "critical_stretch", critical_stretch = 1, interval = 4 })";
-    CHECK(when({}, "gather") == "when a step sorts or is looked at");
+    CHECK(when({}, "gather") == "before a step that may sort, or when the state is looked at");
     CHECK(when({}, "gather, stress and scatter") == "in all other steps");
     CHECK(when({kBonds}, "gather") == "each step");
     CHECK(when({}, "time step") == "every 10 steps");

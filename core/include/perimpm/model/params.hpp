@@ -49,6 +49,7 @@ struct ParamValue {
     const char* text = nullptr;
     bool given = false;
     const ModelChoice* model = nullptr;
+    double vector[3] = {kRequired, kRequired, kRequired};
 };
 
 /// A model that a parameter names: its plugin and its own checked values.
@@ -90,6 +91,8 @@ public:
     double operator[](const char* key) const { return at(key).number; }
     const char* text(const char* key) const { return at(key).text; }
     bool flag(const char* key) const { return at(key).number != 0.0; }
+    /// Three numbers; NaN when an optional key is absent.
+    const double* vector(const char* key) const { return at(key).vector; }
     bool given(const char* key) const { return at(key).given; }
     /// Of a key of kind `model`; null when the scene does not give it.
     const ModelChoice* model(const char* key) const { return at(key).model; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "perimpm/math/pseudo_inverse.hpp"
@@ -7,6 +8,7 @@
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_forces.hpp"
 #include "perimpm/peridynamics/averaged_sweep.hpp"
+#include "perimpm/peridynamics/ghost_layer.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -48,17 +50,19 @@ public:
           opening_energy_{peridynamics::opening_energy(influence_.reach(), p.context(), influence_,
                                                        lattice_.sum_of_modulus() * moduli_.sum() / 2)},
           flow_{p, moduli_.sum(), moduli_.lambda} {
+        if (has_ghosts(p))
+            ghosts_.emplace(p.context(), influence_, lattice_.sum_of_modulus(), moduli_.sum() / (2 * moduli_.mu));
         declare_fields(surface_of(p));
     }
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .prepare = form_ != Form::springs || yields(),
                    .reports_stretch = true,
-                   .stores_in_bonds = true,
+                   .stores_in_bonds = !ghosts_,
                    .horizon = influence_.reach(),
                    .rounds = 2,
                    .lanes = form_ == Form::paper ? 0 : static_cast<std::uint32_t>(kLanes<Real>),
-                   .axial = form_ == Form::variational ? at_.own : -1,
+                   .axial = form_ == Form::variational ? at_.averaged : -1,
                    .shared = at_.influence,
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
                    .volumes = influence_.volumes(),
@@ -73,6 +77,11 @@ public:
         for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
             set_influence(b, i), set_moments(b, i);
         weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
+        for (std::uint32_t i = 0; i < b.size && round == 0 && ghosts_; ++i)
+            ghosts_->complete(b, i,
+                              {.normalisation = kNormalisation,
+                               .own = static_cast<std::uint32_t>(at_.own),
+                               .averaged = static_cast<std::uint32_t>(at_.averaged)});
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
     }
@@ -99,7 +108,13 @@ public:
         return std::sqrt(moduli_.sum() / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
+        if (!ghosts_) return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
+        const Real *both = b.bond_constants[at_.stiffness], *own = b.bond_constants[at_.own],
+                   *averaged = b.bond_constants[at_.averaged];
+        return silling_askari_bound(b, [&](std::uint32_t k) {
+            const double of_ghosts = static_cast<double>(averaged[k]) - static_cast<double>(own[k]);
+            return moduli_.sum() * static_cast<double>(both[k]) + 4 * moduli_.mu * of_ghosts;
+        });
     }
 
     double energy(const Block<Real>& b) const override {
@@ -112,15 +127,16 @@ public:
                 bonds.difference(b.family.position, b.family.position + 4 * std::size_t{b.first + i}, Y);
                 const P rest = rest_length(b, bonds);
                 const P extension = norm(Y) - rest;
-                P twice = real(moduli_.lambda) * extension * extension;
+                P twice = real(moduli_.lambda) * own_stiffness(b, i, bonds) * extension * extension;
                 if (form_ != Form::springs) {
                     P X[3], mean[3];
                     bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
                     deform(X, mean, F);
                     const P averaged = norm(mean) - rest;
-                    twice += real(2 * moduli_.mu) * averaged * averaged;
+                    twice +=
+                        real(2 * moduli_.mu) * bonds.constant(b.bond_constants[at_.averaged]) * averaged * averaged;
                 }
-                total += 0.5 * static_cast<double>(reduce(live * own_stiffness(b, i, bonds) * twice));  // (5)
+                total += 0.5 * static_cast<double>(reduce(live * twice));  // (5)
             });
         }
         return total;
@@ -198,6 +214,10 @@ private:
         };
         if (form_ != Form::springs || surface == Surface::moment || yields())
             at_.own = add_constant({.name = "own_stiffness", .unit = "m", .doc = "w_pq V_p V_q / |X|^2"});
+        at_.averaged = at_.own;
+        if (ghosts_)
+            at_.averaged = add_constant(
+                {.name = "averaged_stiffness", .unit = "m", .doc = "own_stiffness, and the share of the ghosts"});
         if (form_ != Form::springs && !influence_.is_constant())
             at_.influence = add_constant({.name = "influence", .doc = "w^(|X|)"});
         if constexpr (Flow::kMayYield)
@@ -263,6 +283,7 @@ private:
     SpringLattice lattice_;
     FamilyWeights<Real> weights_;
     double opening_energy_;
+    std::optional<GhostLayer> ghosts_;
     Flow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_, constants_;
     BondFields at_;

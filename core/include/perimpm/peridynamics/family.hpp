@@ -207,18 +207,23 @@ double largest_stretch(const Block<Real>& b) {
     return static_cast<double>(hmax(largest));
 }
 
-/// Silling & Askari 2005, eq. 50: dt < sqrt(2 m_i / sum_j k_ij), the smallest over the block [s]. The
-/// constant `stiffness` times `scale` is k [N/m].
-template <class Real>
-double silling_askari_bound(const Block<Real>& b, const Real* stiffness, double scale) {
+/// Silling & Askari 2005, eq. 50: dt < sqrt(2 m_i / sum_j k_ij), the smallest over the block [s]; k(constant) [N/m].
+template <class Real, class Stiffness>
+double silling_askari_bound(const Block<Real>& b, Stiffness k) {
     double smallest = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 0; i < b.size; ++i) {
         double sum = 0;
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot)
-            sum += static_cast<double>(stiffness[constant_of(b.family, i, slot)]);
-        if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / (scale * sum)));
+            sum += k(constant_of(b.family, i, slot));
+        if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / sum));
     }
     return smallest;
+}
+/// The same where the constant `stiffness` times `scale` is k.
+template <class Real>
+double silling_askari_bound(const Block<Real>& b, const Real* stiffness, double scale) {
+    return silling_askari_bound(
+        b, [&](std::uint32_t constant) { return scale * static_cast<double>(stiffness[constant]); });
 }
 
 }  // namespace perimpm::peridynamics

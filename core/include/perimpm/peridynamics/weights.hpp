@@ -31,7 +31,7 @@ constexpr ParamSpec surface_param(const char* standard) {
                 "family, or by a factor per bond that makes the family's stiffness as nearly isotropic as can be"};
 }
 inline Surface surface_of(const Params& p) {
-    return p.is("surface", "none") ? Surface::none : p.is("surface", "family") ? Surface::family : Surface::moment;
+    return p.is("surface", "moment") ? Surface::moment : p.is("surface", "family") ? Surface::family : Surface::none;
 }
 
 /// Slot of the bond from its other end, for the bond in `slot` of the block's particle i.
@@ -120,7 +120,7 @@ private:
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const std::uint32_t here = constant_of(b.family, i, slot), q = b.family.neighbour[slot];
             double both;
-            if (surface_ == Surface::moment) {
+            if (fields.own >= 0) {
                 const Real* own = b.bond_constants[fields.own];
                 both = static_cast<double>(own[here]) +
                        static_cast<double>(own[shape[q] + opposite_slot(b, i, slot) - row[q]]);

@@ -39,7 +39,7 @@ struct Plan {
     std::vector<Material> materials;
     std::vector<TimeStepBound> bounds;
     double dt;     ///< the step the run starts with [s]
-    double steps;  ///< as long as it, until the scene's end
+    double steps;  ///< to the scene's end, were all as long as the first
     std::uint64_t particles;
     std::vector<std::string> libraries;  ///< plugins and modules opened for this scene
     std::vector<Skipped> skipped;

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include "perimpm/peridynamics/ghost_layer.hpp"
+#include "support/catch.hpp"
+#include "support/model.hpp"
+#include "support/particles.hpp"
+
+using namespace perimpm;
+
+namespace {
+
+constexpr double kSpacing = 0.01;
+constexpr int kCount = 9;
+
+ModelPtr<ConstitutiveLaw, double> pd_elastic(double horizon, double bending_ratio, const std::string& surface) {
+    return make<ConstitutiveLaw, double>(
+        "pd_elastic",
+        fmt::format("youngs_modulus = 1e6\nhorizon = {}\nbending_ratio = {}\nsurface = \"{}\"\n", horizon,
+                    bending_ratio, surface),
+        {.density = 1000, .particle_spacing = kSpacing, .grid_spacing = 2 * kSpacing});
+}
+Particles<double> cube(const ConstitutiveLaw<double>& law) {
+    return {law, lattice(kCount, kSpacing), kSpacing * kSpacing * kSpacing};
+}
+
+}  // namespace
+
+TEST_CASE("ghost layer: particles at faces have the energy of inner ones, whatever the strain", "[peridynamics]") {
+    const double horizon = GENERATE(2.2, 3.015), bending_ratio = GENERATE(0.1, 1.0);
+    CAPTURE(horizon, bending_ratio);
+    const auto law = pd_elastic(horizon, bending_ratio, "ghost");
+    auto particles = cube(*law);
+    Eigen::Matrix3d F;
+    F << 1.1, 0.01, 0.0, 0.0, 1.2, 0.02, 0.03, 0.0, 1.3;
+    particles.deform(F);
+    const std::size_t inner = middle(kCount);
+    const double whole = particles.energy(inner, 1);
+    REQUIRE(whole > 0);
+    for (const std::size_t towards_face : {2u, 3u, 4u})
+        CHECK_THAT(particles.energy(inner - towards_face, 1), WithinRel(whole, 1e-12));
+}
+
+TEST_CASE("ghost layer: so have those at edges and corners where all directions are stretched alike",
+          "[peridynamics]") {
+    const double horizon = GENERATE(2.2, 3.015), bending_ratio = GENERATE(0.1, 1.0);
+    CAPTURE(horizon, bending_ratio);
+    const auto ghost = pd_elastic(horizon, bending_ratio, "ghost"), none = pd_elastic(horizon, bending_ratio, "none");
+    auto with = cube(*ghost), without = cube(*none);
+    for (auto* particles : {&with, &without}) particles->deform(diagonal(1.02, 1.02, 1.02));
+    const double whole = without.energy(middle(kCount), 1);
+    CHECK(without.energy(0, 1) < 0.4 * whole);
+    for (std::size_t p = 0; p < with.size(); ++p) REQUIRE_THAT(with.energy(p, 1), WithinRel(whole, 1e-12));
+}
+
+TEST_CASE("ghost layer: off the lattice a swelling stores the same energy everywhere", "[peridynamics]") {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> shift(-0.25 * kSpacing, 0.25 * kSpacing);
+    std::vector<Vec3> X = lattice(kCount, kSpacing);
+    for (Vec3& x : X) x += Vec3(shift(random), shift(random), shift(random));
+    const auto law = pd_elastic(2.2, 1.0, "ghost");
+    Particles<double> particles(*law, X, std::pow(kSpacing, 3));
+    particles.deform(diagonal(1.02, 1.02, 1.02));
+    const double inner = particles.energy(middle(kCount), 1);
+    REQUIRE(inner > 0);  // sum w V over family and ghosts is the same for all
+    for (std::size_t p = 0; p < X.size(); ++p) REQUIRE_THAT(particles.energy(p, 1), WithinRel(inner, 1e-12));
+}
+
+TEST_CASE("ghost layer: the bound of the time step is about that of inner particles", "[peridynamics]") {
+    const auto ghost = pd_elastic(2.2, 0.1, "ghost"), none = pd_elastic(2.2, 0.1, "none");
+    auto with = cube(*ghost), without = cube(*none);
+    const double inside = none->stable_time_step(without.block(middle(kCount), 1));
+    CHECK_THAT(ghost->stable_time_step(with.block(middle(kCount), 1)), WithinRel(inside, 1e-12));
+    CHECK(ghost->stable_time_step(with.block()) >= 0.85 * inside);
+}
