@@ -166,6 +166,17 @@ std::vector<std::string> list_frame_fields(World<Real>& w) {
     return names;
 }
 
+/// Where the scene asks for the field in its frames; the scene as a whole where it does not say.
+std::string place_of_output(const Scene& scene, const std::string& field) {
+    const Value* output = scene.source.find("output");
+    const Value* fields = output ? output->find("fields") : nullptr;
+    if (fields && fields->is_list())
+        for (const Value& name : std::get<Value::List>(fields->data))
+            if (const auto* text = std::get_if<std::string>(&name.data); text && *text == field)
+                return name.place.text();
+    return scene.source.place.text();
+}
+
 template <class Real>
 Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::string>& names) {
     Frame frame{number, w.time, w.steps, w.count, {}};
@@ -184,11 +195,12 @@ Frame make_frame(World<Real>& w, std::uint32_t number, const std::vector<std::st
                 if (v.name != name) continue;
                 if (!field) field = &frame.fields.emplace_back(empty_field(v, w.count));
                 if (field->components != v.components)
-                    throw InputError("output.fields: '" + name + "' has different shapes in different materials");
+                    throw InputError(place_of_output(w.scene, name),
+                                     "output.fields: '" + name + "' has different shapes in different materials");
                 place(*field, w.id.data() + m.begin, v);
             }
         if (!field)
-            throw InputError(w.scene.source.place.text(),
+            throw InputError(place_of_output(w.scene, name),
                              "output.fields: no field '" + name + "' in this scene" +
                                  (is_of_breaking(name) ? ", in which nothing can break: give a material a fracture "
                                                          "criterion, or the scene a crack"

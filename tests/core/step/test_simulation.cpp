@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "support/box_scene.hpp"
 #include "support/catch.hpp"
 #include "support/message.hpp"
@@ -51,4 +55,8 @@ TEST_CASE("simulation: positions written from outside are sorted before the next
 TEST_CASE("simulation: an output field that does not exist is refused at the start", "[step]") {
     CHECK(contains(message_of([] { Simulation(scene_from(kBox, {R"(output={ fields = ["x", "stress"] })"}), 1); }),
                    "no field 'stress' in this scene"));
+    const std::string text = std::string(kBox) + "\n[output]\nfields = [\n  \"x\",\n  \"stress\"]\n";
+    const auto line = std::count(text.begin(), text.end(), '\n');
+    CHECK(contains(message_of([&] { Simulation(read_scene(parse_scene_text(text, "box.toml"), "."), 1); }),
+                   fmt::format("box.toml:{}:3: error: output.fields", line)));
 }
