@@ -40,7 +40,8 @@ function(perimpm_add_plugin family name)
     endif()
     add_library(${target} MODULE ${arg_SOURCES})
     target_compile_features(${target} PRIVATE cxx_std_20)
-    # Contraction is pinned and no value is assumed away, so that results only depend on the instruction set.
+    # Contraction is pinned and no value is assumed away, so that results only depend on the instruction
+    # set and on what its estimates of reciprocal roots give.
     target_compile_options(${target} PRIVATE -fno-math-errno -fno-trapping-math -ffp-contract=fast -Wno-psabi
       $<$<NOT:$<CONFIG:Debug>>:-O3>)
     if(NOT variant STREQUAL portable)

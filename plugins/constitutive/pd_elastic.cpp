@@ -12,7 +12,7 @@
     every mu and lambda, and E = 5/6 (2 mu + lambda). mu resists bending, it is not a shear modulus.
     `formulation`: (6) is not the gradient of (5), since dF-/dy is dropped: linear momentum is exact, angular momentum and
     energy are not, under inhomogeneous strain with mu > 0. "variational" (default) is the gradient and conserves all three.
-    `surface`: perimpm/peridynamics/weights.hpp. The kernel, shared with deviatoric_plastic: averaged_bonds.hpp.
+    `surface`: perimpm/peridynamics/weights.hpp, ghost_layer.hpp. The kernel, shared with deviatoric_plastic: averaged_bonds.hpp.
     Defaults by measurement (tests/verification/README.md): moment-exact weights, with which a horizon of 2.2 spacings
     (32 bonds) has the period and the loss of a local law; without them short horizons and linear w^ make E along a
     lattice's axes up to 22 % too large. mu = lambda/10. */

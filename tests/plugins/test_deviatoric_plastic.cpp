@@ -153,7 +153,8 @@ TEST_CASE("deviatoric_plastic: the printed return multiplies the excess by -2 mu
 
 TEST_CASE("deviatoric_plastic: pd_elastic bit for bit without yield and while nothing has yielded", "[constitutive]") {
     for (const char* yield : {"", "yield_stress = 1e9\n", "yield_psi = 1e35\nyield = \"family\"\n"})
-        for (const char* more : {"", "bending_ratio = 0.0\n", "influence = \"constant\"\n", "surface = \"family\"\n"}) {
+        for (const char* more : {"", "bending_ratio = 0.0\n", "influence = \"constant\"\n", "surface = \"family\"\n",
+                                 "surface = \"ghost\"\n", "bending_ratio = 0.0\nsurface = \"family\"\n"}) {
             CAPTURE(yield, more);
             const std::string table = std::string("youngs_modulus = 1e6\n") + more;
             const auto elastic = make<ConstitutiveLaw, double>("pd_elastic", table, kContext);

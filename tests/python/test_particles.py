@@ -148,15 +148,15 @@ def test_unknown_names(box: dict[str, Any]) -> None:
 
 
 def test_fingerprint_sees_every_number_of_a_packed_field(box: dict[str, Any]) -> None:
-    """Entries of `mean_deformation` stand side by side, not components."""
+    """Entries of `record` stand side by side, not components."""
     box["material"]["rubber"]["constitutive"] = {"type": "pd_elastic", "youngs_modulus": 1e5, "horizon": 2.01}
     sim = perimpm.Simulation(box)
     sim.step()
-    field = sim.particles["mean_deformation"]
-    seen = {_core.fingerprint(sim._core, "mean_deformation")}
+    field = sim.particles["record"]
+    seen = {_core.fingerprint(sim._core, "record")}
     for at in ((0, 0, 0), (0, 2, 2), (len(field) - 1, 0, 0), (len(field) - 1, 2, 2), (len(field) // 2, 1, 0)):
         field[at] += 1.0
-        seen.add(_core.fingerprint(sim._core, "mean_deformation"))
+        seen.add(_core.fingerprint(sim._core, "record"))
     assert len(seen) == 6
 
 

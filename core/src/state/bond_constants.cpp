@@ -95,7 +95,7 @@ struct MergedFamilies {
 
     /// Of `lanes` families from that of `first` on; false, and then worthless, when more than `most` entries are found or
     /// one whose neighbours are no particles for all lanes.
-    /// `shared`: the bonds' shared constant, by slot of the bonds' `row` as `shape` says; null: none.
+    /// `shared`: the bonds' shared constant, indexed like the others; null: none.
     bool merge(const Bonds& bonds, const Real* reference, const std::uint32_t* shape, const Real* shared,
                std::uint32_t first, std::uint32_t lanes, std::size_t most) {
         entries.clear(), masks.clear(), bond.clear();
@@ -132,7 +132,7 @@ private:
     static Entry<Real> seen(const Real* reference, std::uint32_t particle, std::int64_t offset) {
         const Real* own = reference + 4 * std::size_t{particle};
         const Real* other = own + 4 * offset;
-        return {offset, {other[0] - own[0], other[1] - own[1], other[2] - own[2]}, other[3], Real(1)};
+        return {offset, {other[0] - own[0], other[1] - own[1], other[2] - own[2]}, other[3], Real(0)};
     }
 
     std::vector<std::uint32_t> next_;  ///< by lane: slot of the bond that comes next

@@ -45,7 +45,11 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
                   spec, "families go side by side in 1, 2, 4, 8 or 16 lanes");
     require_sound(
         std::max({needs.particle_state.size, needs.bond_state.size, needs.bond_constants.size}) <= kMaxStateFields,
-        spec, "it declares more than 8 state fields");
+        spec, fmt::format("it declares more than {} state fields", kMaxStateFields).c_str());
+    const auto is_constant = [&](int index) { return index < static_cast<int>(needs.bond_constants.size); };
+    require_sound(
+        is_constant(needs.axial) && is_constant(needs.shared) && (needs.axial < 0 || needs.axial != needs.shared), spec,
+        "`axial` and `shared` are two of its constants of bonds, or -1");
     for (std::uint32_t k = 0; k < needs.particle_state.size; ++k)
         require_sound(sound_packing(needs, needs.particle_state.data[k]), spec,
                       "a packed field needs bonds and a width that is a multiple of 4 and holds its components");
@@ -184,8 +188,8 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
         throw InputError(
             spec.criterion.source.place.text(),
             fmt::format("criterion '{}' needs the energy of each bond, which law '{}' of material '{}' does "
-                        "not know: use pd_bond, pd_lps, pd_elastic or deviatoric_plastic, or another "
-                        "criterion (critical_stretch, plane_cut)",
+                        "not know: use pd_bond, pd_lps, pd_elastic or deviatoric_plastic, without surface = "
+                        "\"ghost\", or another criterion (critical_stretch, plane_cut)",
                         spec.criterion.type, spec.law.type, spec.name));
     require_sound(m.criterion->interval() >= 1, spec.criterion,
                   "a criterion is asked every 1 or more steps, not every 0");

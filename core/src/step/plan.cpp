@@ -116,7 +116,8 @@ private:
     }
     void add_grid_passes() {
         const bool local = !local_laws_.empty(), affine = w_.transfer_needs.affine;
-        const std::string when = w_.defers_gather ? "before a step that may sort, or when the state is looked at" : kEachStep;
+        const std::string when =
+            w_.defers_gather ? "before a step that may sort, or when the state is looked at" : kEachStep;
         const Names transfer{w_.scene.transfer.type};
         pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
         pass("sort", fmt::format("when particles moved {:g} cells", sort_margin(w_.transfer_needs.order)), {"x"},

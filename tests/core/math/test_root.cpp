@@ -94,16 +94,17 @@ TEMPLATE_TEST_CASE("root: the shortening of small strains has digits that 1 + u 
     constexpr double eps = std::numeric_limits<TestType>::epsilon();
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> exponent(-9, 0), sign(-1, 1);
-    double worst_of_small = 0, worst = 0;
+    // what a step from 14 bits leaves: in single precision next to nothing of u, in double a fourth of a rounding of 1
+    const double left = sizeof(TestType) == sizeof(float) ? 4 * std::ldexp(eps, -14) : eps / 4;
+    double worst = 0;
     for (int k = 0; k < 200000; ++k) {
         const TestType u(static_cast<TestType>(std::copysign(0.9 * std::pow(10.0, exponent(random)), sign(random))));
         const auto x = static_cast<long double>(u), z = std::sqrt(1 + x), exact = x / (z * (1 + z));
         const double error = static_cast<double>(std::abs(TestType(shortening_of(P(u))[0]) - exact));
-        double& of = std::abs(u) < TestType(1e-3) ? worst_of_small : worst;
-        of = std::max(of, error);
+        const double size = static_cast<double>(std::abs(exact));
+        worst = std::max(worst, error / ((size < 1e-3 ? 4 : 32) * eps * size + left));
     }
-    CHECK(worst_of_small < eps / 4);
-    CHECK(worst < 16 * eps);
+    CHECK(worst < 1);
     for (const TestType none : {TestType(0), TestType(-1), TestType(-2)})
         CHECK(TestType(shortening_of(P(none))[0]) == 0);
     CHECK_THAT(double(TestType(shortening_of(P(TestType(3)))[0])),

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "perimpm/peridynamics/ghost_layer.hpp"
 #include "support/catch.hpp"
 #include "support/model.hpp"
@@ -71,4 +73,28 @@ TEST_CASE("ghost layer: the bound of the time step is about that of inner partic
     const double inside = none->stable_time_step(without.block(middle(kCount), 1));
     CHECK_THAT(ghost->stable_time_step(with.block(middle(kCount), 1)), WithinRel(inside, 1e-12));
     CHECK(ghost->stable_time_step(with.block()) >= 0.85 * inside);
+}
+
+TEST_CASE("ghost layer: the bound of the time step is below the largest frequency's", "[peridynamics]") {
+    const double bending_ratio = GENERATE(0.1, 1.0), horizon = GENERATE(1.5, 2.2);
+    CAPTURE(bending_ratio, horizon);
+    const auto law = pd_elastic(horizon, bending_ratio, "ghost");
+    Particles<double> particles(*law, lattice(5, kSpacing), std::pow(kSpacing, 3));
+    const auto size = static_cast<Eigen::Index>(3 * particles.size());
+    const double step = 1e-6 * kSpacing, mass = 1000 * std::pow(kSpacing, 3);
+    Eigen::MatrixXd K(size, size);
+    for (Eigen::Index j = 0; j < size; ++j) {
+        const auto p = static_cast<std::size_t>(j / 3);
+        const Vec3 X = particles.reference()[p];
+        particles.place(p, X + step * Vec3::Unit(j % 3));
+        particles.evaluate();
+        for (Eigen::Index i = 0; i < size; ++i)
+            K(i, j) = -particles.force(static_cast<std::size_t>(i / 3))[i % 3] / step;
+        particles.place(p, X);
+    }
+    CHECK((K - K.transpose()).norm() <= 1e-5 * K.norm());
+    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues().maxCoeff();
+    const double stable = 2 / std::sqrt(largest / mass), bound = law->stable_time_step(particles.block());
+    CHECK(bound <= stable);
+    CHECK(bound >= 0.4 * stable);
 }

@@ -7,7 +7,7 @@
     narrower estimates are too coarse to gain anything. */
 namespace perimpm {
 
-/// A root, correctly rounded, and its reciprocal, 0 for 0.
+/// A root of a finite number, correctly rounded, and its reciprocal, 0 for 0.
 template <class T>
 struct Root {
     T root, inverse;
@@ -48,7 +48,7 @@ struct Register<double> {
 }  // namespace detail
 #endif
 
-/// 1/x for x other than 0, with an error of at most two units in the last place.
+/// 1/x for finite x other than 0, with an error of at most two units in the last place.
 template <class T>
 PERIMPM_INLINE T inverse_of(const T& x) {
 #ifdef __AVX512F__
@@ -103,11 +103,11 @@ PERIMPM_INLINE T shortening_of(const T& u) {
     if constexpr (sizeof(T) == sizeof(__m512)) {
         using V = typename detail::Register<Scalar<T>>::type;
         const auto x = __builtin_bit_cast(V, u), one = __builtin_bit_cast(V, T(Scalar<T>(1)));
-        // an estimate r has so few bits that 1 - r^2 is exact: e = 1 - (1 + u) r^2, which is small, has all its digits
+        // e = 1 - (1 + u) r^2 is small: taken as (1 - r^2) - u r^2 it keeps its digits
         const V r = detail::inverse_root_estimate(V(one + x));
         const V e = detail::minus_product(detail::minus_product(one, r, r), V(x * r), r);
         const V shortening = detail::minus_product(V(one - r), V(r * e), detail::root_series(e));
-        return select(u > T(-1), __builtin_bit_cast(T, shortening), T(0));
+        return select(u <= T(-1), T(0), __builtin_bit_cast(T, shortening));
     } else
 #endif
     {

@@ -73,8 +73,7 @@ struct BondEnergy {
     Real* other = nullptr;
 };
 
-/// What a law sees: a run of particles of one material, whose end cuts no slice: a multiple of Slices::kMostLanes from the
-/// material's first particle, or its last. Fields start at the block's first particle, except those of
+/// What a law sees: a run of particles of one material. `prepare` and `evaluate` get the same runs, which cut no slice. Fields start at the block's first particle, except those of
 /// `family`, `bond_state` and `bond_constants`, which are indexed over the whole material. Plain data: it crosses library
 /// borders.
 template <class Real>

@@ -28,7 +28,8 @@ struct LawNeeds {
     std::uint32_t rounds = 1;      ///< how often `initialise` runs, with a barrier between
     std::uint32_t lanes = 0;       ///< bond laws: families of a slice, kLanes<Real>; 0: the law needs no slices
     int axial = -1;                ///< bond laws: constant of bonds that slices sum by axis; -1: none
-    int shared = -1;               ///< bond laws: constant that families with the same X and V share; -1: none
+    int shared = -1;  ///< bond laws: constant that families with the same X and V share, which slices show in
+                      ///< `moment` alone; -1: none
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     FieldSpecs bond_constants = {};  ///< numbers of bonds that `initialise` sets and nothing changes
@@ -51,7 +52,8 @@ public:
     virtual void initialise(Block<Real>&, std::uint32_t /*round*/) const {}
     /// Bond laws: reference quantities of particles that depend on which bonds are whole, after some broke.
     virtual void renew(Block<Real>&) const {}
-    /// Bond laws: per-particle family quantities, before any neighbour reads them.
+    /// Bond laws: per-particle family quantities, before any neighbour reads them. May run more than once in a step, when
+    /// bonds break and when energies are asked for: twice must be as once.
     virtual void prepare(Block<Real>&) const {}
     /// In: b.F (trial) or b.family. Out: b.tau [Pa] or b.force [N]. dt in s. Runs once per step, and may write b.F and the
     /// declared fields: a law that flows leaves the elastic part of F there, which the grid moves on.

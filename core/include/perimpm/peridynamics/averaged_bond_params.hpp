@@ -46,15 +46,7 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
     horizon_length_param(),
     influence_param(),
     volume_correction_param(),
-    {.key = "surface",
-     .kind = ParamKind::choice,
-     .default_text = "moment",
-     .choices = "none|family|moment|ghost",
-     .doc = "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
-            "family, by a "
-            "factor per bond that makes the family's stiffness as nearly isotropic as can be, or with ghost particles "
-            "that "
-            "follow F-"},
+    surface_param("moment", true),
 };
 
 /// mu and lambda of the paper [Pa].

@@ -18,7 +18,7 @@
       variational  G_p = sum_q 2 mu S_pq (|Y-_p| - |X|) dir Y-_p (x) X,  H_p = G_p K_p^+ / V_p
                    f_p = sum_q w^ V_p V_q (H_p + H_q) X + springs        minus the gradient of (5), since dF- = dA K^+
       springs      sum_q lambda (S_pq + S_qp) (|Y| - |X|) dir Y
-    `Flow` makes bonds yield: their permanent strain e_p<p,q> takes e_p |X| off both extensions of p's share. */
+    S of the averaged bonds also holds the share of ghosts (ghost_layer.hpp). `Flow` makes bonds yield: their permanent strain e_p<p,q> takes e_p |X| off both extensions of p's share. */
 namespace perimpm::peridynamics {
 
 /// Bonds that never yield.
@@ -76,12 +76,17 @@ public:
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
             set_influence(b, i), set_moments(b, i);
-        weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
-        for (std::uint32_t i = 0; i < b.size && round == 0 && ghosts_; ++i)
-            ghosts_->complete(b, i,
-                              {.normalisation = kNormalisation,
-                               .own = static_cast<std::uint32_t>(at_.own),
-                               .averaged = static_cast<std::uint32_t>(at_.averaged)});
+        weights_.initialise(b, round,
+                            {.normalisation = kNormalisation,
+                             .stiffness = at_.stiffness,
+                             .own = at_.own,
+                             .own_is_final = ghosts_.has_value()});
+        if (round == 0 && ghosts_)
+            for (std::uint32_t i = 0; i < b.size; ++i)
+                ghosts_->complete(b, i,
+                                  {.normalisation = kNormalisation,
+                                   .own = static_cast<std::uint32_t>(at_.own),
+                                   .averaged = static_cast<std::uint32_t>(at_.averaged)});
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
     }
@@ -199,15 +204,19 @@ private:
             particle_fields_.push_back(
                 {.name = "extension", .doc = "largest (|Y| - |X|)/|Y| of the bonds, at least 0"});
             particle_fields_.push_back({.name = "record",
-                                        .components = 12,
-                                        .doc = "what neighbours read, side by side: F- and X, or V H and V H X",
+                                        .components = 9,
+                                        .unit = form_ == Form::paper ? "1" : "N/m^4",
+                                        .doc =
+                                            "what neighbours that go alone read, side by side: F- (as printed) or V H; "
+                                            "not kept where none do",
                                         .packed = kSumRecord});
         }
         if (form_ == Form::variational)
-            particle_fields_.push_back({.name = "averaged_stress",
-                                        .components = 9,
-                                        .unit = "N/m^7",
-                                        .doc = "H, the stress of the averaged bonds times K^+, row-major"});
+            particle_fields_.push_back(
+                {.name = "averaged_stress",
+                 .components = 9,
+                 .unit = "N/m^7",
+                 .doc = "H, the stress of the averaged bonds times K^+, row-major; only on a lattice"});
         const auto add_constant = [&](const FieldSpec& spec) {
             constants_.push_back(spec);
             return static_cast<int>(constants_.size()) - 1;

@@ -21,7 +21,7 @@ struct AveragedState {
 };
 /// Fields of bonds by index; -1: not kept.
 struct BondFields {
-    std::uint32_t stiffness = 0;  ///< constants, as the next two
+    std::uint32_t stiffness = 0;  ///< constants, as the next three
     int own = -1, influence = -1;
     int averaged = -1;     ///< S of averaged bonds: `own`, and more where ghosts count
     int strain = -1;       ///< e_p, of bonds that may yield

@@ -232,7 +232,7 @@ private:
         using P = Pack<Real>;
         P may(0);
         for_each_state(b, slice, at, [&](const auto&, const P& elastic, const P& g) PERIMPM_INLINE_LAMBDA {
-            may = select(g > P(0) && abs(elastic) > kNearly<Real> * limit_of(g), P(1), may);
+            may = select(g > P(0) && abs(elastic) + kRounding<Real> > kNearly<Real> * limit_of(g), P(1), may);
         });
         return may;
     }
@@ -247,9 +247,11 @@ private:
         });
         const P five_per_gain = Real(5) * inverse_length(gain2), limit(static_cast<Real>(limit_));
         const P allowed = by_stress_ ? limit : limit * unit * sqrt(five_per_gain);
-        return select(sqrt(stress2 * five_per_gain) > kNearly<Real> * allowed, P(1), P(0));
+        return select(sqrt(stress2 * five_per_gain) + kRounding<Real> > kNearly<Real> * allowed, P(1), P(0));
     }
-    /// A few roundings below 1.
+    /// A few roundings, of strains; and as many below 1.
+    template <class Real>
+    static constexpr Real kRounding = 16 * std::numeric_limits<Real>::epsilon();
     template <class Real>
     static constexpr Real kNearly = 1 - 64 * std::numeric_limits<Real>::epsilon();
 
@@ -265,7 +267,6 @@ private:
             P allowed = limit_of(g);
             if (at.hardening >= 0) allowed += static_cast<Real>(hardening_) * bonds.load(b.bond_state[at.hardening]);
             const P excess = abs(elastic) - allowed;
-            // moment-exact weights may be negative: such bonds only balance others
             const auto over = g > P(0) && live > P(0) && excess > P(0);
             if (!any_of(over)) return;
             yields = true;

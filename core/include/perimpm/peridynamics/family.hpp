@@ -9,8 +9,7 @@
 #include "perimpm/model/block.hpp"
 #include "perimpm/model/params.hpp"
 
-/*! What bond laws share: walking through families in packs of bonds, influence functions, sums over the full lattice.
- */
+/*! What bond laws share: walking through families in packs of bonds, lengths, sums over the full lattice. */
 namespace perimpm::peridynamics {
 
 template <class T>
@@ -152,7 +151,7 @@ double lattice_sum(double horizon, const ModelContext& c, Value value, int first
         for (int j = -wide; j <= wide; ++j)
             for (int k = -deep; k <= deep; ++k) {
                 const double length = h * std::sqrt(double(i * i + j * j + k * k));
-                if (length <= 0 || length > horizon) continue;
+                if (length <= 0 || length > horizon * (1 + 1e-9)) continue;  // as build_bonds
                 double share = value(length) * c.across;
                 for (std::uint32_t d = 0; d < c.dimension; ++d) share *= h;
                 sum += share;

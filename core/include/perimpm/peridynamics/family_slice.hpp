@@ -88,7 +88,7 @@ template <class Real>
 struct SlicePack : SliceEntry<Real> {
     const std::uint32_t* slots;  ///< by lane
 
-    /// Value of a per-bond field. Lanes without the bond show another one, which its owner may be writing.
+    /// Value of a per-bond field. Lanes without the bond show that of a lane that has it.
     PERIMPM_INLINE Pack<Real> load(const Real* field) const {
         return Pack<Real>([&](std::size_t lane) { return field[slots[lane]]; });
     }
@@ -123,11 +123,14 @@ public:
     template <class Body>
     PERIMPM_INLINE void for_each_bond(Body body) const {
         with_masks([&](auto live, auto has) PERIMPM_INLINE_LAMBDA {
-            std::uint32_t slots[kSize];
-            std::copy_n(b_.family.row + i_, kSize, slots);
+            std::uint32_t next[kSize], shown[kSize];
+            std::copy_n(b_.family.row + i_, kSize, next);
             for (std::uint32_t k = 0; k < slice_.size; ++k) {
-                body(SlicePack<Real>{entry(k), slots}, live(k));
-                for (std::uint32_t lane = 0; lane < kSize; ++lane) slots[lane] += has(k, lane);
+                std::uint32_t owner = 0;
+                while (has(k, owner) == 0) ++owner;
+                for (std::uint32_t lane = 0; lane < kSize; ++lane) shown[lane] = next[has(k, lane) ? lane : owner];
+                body(SlicePack<Real>{entry(k), shown}, live(k));
+                for (std::uint32_t lane = 0; lane < kSize; ++lane) next[lane] += has(k, lane);
             }
         });
     }

@@ -12,8 +12,9 @@
     empty because the body ends before them, "to guarantee that each material point have similar family density". The paper
     does not say how they move. Here a ghost follows the family that sees it, Y = F- X: its bond is an averaged bond, and what
     it pulls is the gradient of an energy, so that the family's particles pull back. How far an averaged bond is stretched
-    depends on its direction alone: a ghost therefore counts as a share of the family's bond on the same line through the
-    particle. Where there is none, as at edges, it counts with the bond that is nearest in direction. */
+    depends on its direction alone: a ghost therefore counts as a share of the family's bonds on the same line through the
+    particle, or, where there are none, as at edges, of those that are nearest in direction. Nothing follows where no bond is
+    within 60 degrees, as across a single layer: such sites stay empty. */
 namespace perimpm::peridynamics {
 
 class GhostLayer {
@@ -48,9 +49,11 @@ public:
             averaged[k] = own[k];
         }
         for (const Eigen::Vector3d& X : ghosts) {
-            const std::size_t k = nearest_in_direction(family, X);
+            const std::vector<std::size_t> nearest = nearest_in_direction(family, X);
             const double weighted = factor * influence_(X.norm()) * static_cast<double>(b.volume[i]) * volume;
-            averaged[k] += static_cast<Real>(scale_ * weighted / family[k].squaredNorm());
+            for (const std::size_t k : nearest)
+                averaged[k] += static_cast<Real>(scale_ * weighted / family[k].squaredNorm() /
+                                                 static_cast<double>(nearest.size()));
         }
     }
 
@@ -77,15 +80,16 @@ private:
                                [&](const Eigen::Vector3d& X) { return (X - site).norm() < 0.9 * spacing_; });
         };
         std::vector<Eigen::Vector3d> sites, around;
-        const int reach = static_cast<int>(influence_.reach() / spacing_);
+        const int reach = static_cast<int>(influence_.reach() / spacing_ * (1 + 1e-9));
         for (int x = -reach; x <= reach; ++x)
             for (int y = -reach; y <= reach; ++y)
                 for (int z = -reach; z <= reach; ++z) {
                     const Eigen::Vector3d site = spacing_ * Eigen::Vector3d(x, y, z);
-                    if (site.norm() > influence_.reach() || site.norm() < 0.9 * spacing_ || holds(family, site))
+                    if (site.norm() > influence_.reach() * (1 + 1e-9) || site.norm() < 0.9 * spacing_ ||
+                        holds(family, site))
                         continue;
                     if (around.empty()) around = neighbours_of_neighbours(b, i);
-                    if (!holds(around, site)) sites.push_back(site);
+                    if (!holds(around, site) && !nearest_in_direction(family, site).empty()) sites.push_back(site);
                 }
         return sites;
     }
@@ -99,10 +103,18 @@ private:
                 all.push_back(family[k] + X);
         return all;
     }
-    static std::size_t nearest_in_direction(const std::vector<Eigen::Vector3d>& family, const Eigen::Vector3d& X) {
-        const auto cosine = [&](const Eigen::Vector3d& bond) { return std::abs(bond.dot(X)) / bond.norm(); };
-        const auto less = [&](const auto& a, const auto& b) { return cosine(a) < cosine(b) * (1 - 1e-6); };
-        return static_cast<std::size_t>(std::max_element(family.begin(), family.end(), less) - family.begin());
+    /// The bonds on the line, or nearest to it: as many as are equally near, so that mirror images share alike.
+    static std::vector<std::size_t> nearest_in_direction(const std::vector<Eigen::Vector3d>& family,
+                                                         const Eigen::Vector3d& X) {
+        const auto cosine = [&](const Eigen::Vector3d& bond) {
+            return std::abs(bond.dot(X)) / (bond.norm() * X.norm());
+        };
+        double largest = 0;
+        for (const Eigen::Vector3d& bond : family) largest = std::max(largest, cosine(bond));
+        std::vector<std::size_t> nearest;
+        for (std::size_t k = 0; k < family.size() && largest >= 0.5; ++k)
+            if (cosine(family[k]) >= largest - 1e-6) nearest.push_back(k);
+        return nearest;
     }
 
     double spacing_;

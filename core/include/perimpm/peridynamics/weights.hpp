@@ -21,15 +21,22 @@ namespace perimpm::peridynamics {
 
 enum class Surface { none, family, moment };
 
-constexpr ParamSpec surface_param(const char* standard) {
-    return {.key = "surface",
-            .kind = ParamKind::choice,
-            .default_text = standard,
-            .choices = "none|family|moment",
-            .doc =
-                "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
-                "family, or by a factor per bond that makes the family's stiffness as nearly isotropic as can be"};
+/// `with_ghosts`: of laws with averaged bonds, by which ghosts act (ghost_layer.hpp).
+constexpr ParamSpec surface_param(const char* standard, bool with_ghosts = false) {
+    return {
+        .key = "surface",
+        .kind = ParamKind::choice,
+        .default_text = standard,
+        .choices = with_ghosts ? "none|family|moment|ghost" : "none|family|moment",
+        .doc = with_ghosts
+                   ? "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor "
+                     "per family, by a factor per bond that makes the family's stiffness as nearly isotropic as can "
+                     "be, or with ghost particles that follow F- (not with criterion energy)"
+                   : "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor "
+                     "per family, or by a factor per bond that makes the family's stiffness as nearly isotropic as "
+                     "can be"};
 }
+/// "ghost", which laws of averaged bonds have, begins without treatment.
 inline Surface surface_of(const Params& p) {
     return p.is("surface", "moment") ? Surface::moment : p.is("surface", "family") ? Surface::family : Surface::none;
 }
@@ -49,6 +56,7 @@ struct WeightFields {
     std::uint32_t normalisation;  ///< of particles: factor of w
     std::uint32_t stiffness;      ///< constant: (w_pq + w_qp) V_p V_q / |X|^2
     int own = -1;                 ///< constant: w_pq V_p V_q / |X|^2; -1: not kept, which `moment` excludes
+    bool own_is_final = false;    ///< whether the law has changed `own` before the second round
 };
 
 template <class Real>
@@ -120,7 +128,7 @@ private:
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const std::uint32_t here = constant_of(b.family, i, slot), q = b.family.neighbour[slot];
             double both;
-            if (fields.own >= 0) {
+            if (surface_ == Surface::moment || fields.own_is_final) {
                 const Real* own = b.bond_constants[fields.own];
                 both = static_cast<double>(own[here]) +
                        static_cast<double>(own[shape[q] + opposite_slot(b, i, slot) - row[q]]);
