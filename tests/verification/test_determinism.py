@@ -34,6 +34,12 @@ def block_of(law: Tree, precision: str = "float", transfer: Tree | None = None) 
     return scene({**law, **SOFT}, shape, H, dx=DX, precision=precision, transfer=transfer)
 
 
+def yielding(law: Tree) -> Tree:
+    """Some families yield where the block hits the floor, others do not. The spacing is a power of two: families lie in
+    slices, and go one by one where they yield."""
+    return scene({**law, **SOFT, "yield_stress": 3e3}, box([0, 0.03125, 0], [0.375, 0.40625, 0.375]), 0.03125, dx=0.0625)
+
+
 def mixed() -> Tree:
     laws = {"a": {**LOCAL, **SOFT}, "b": {**PD_ELASTIC, **SOFT}, "c": {**PD_BOND, **SOFT}}
     bodies = [("a", box([0, 0.2, 0], [0.3, 0.5, 0.3])), ("b", box([0.3, 0.2, 0], [0.6, 0.5, 0.3]))]
@@ -63,6 +69,12 @@ SCENES = {
     ),
     "von_mises": lambda: thrown(block_of(VON_MISES), [*COMMON, "F", "plastic_strain"], collider=[FLOOR]),
     "pd_elastic": lambda: thrown(block_of(PD_ELASTIC), [*COMMON, "force"], collider=[FLOOR]),
+    "deviatoric_plastic yielding": lambda: thrown(
+        yielding({"type": "deviatoric_plastic"}), [*COMMON, "force", "has_yielded"], collider=[FLOOR]
+    ),
+    "pd_lps yielding": lambda: thrown(
+        yielding({"type": "pd_lps", "yield": "family"}), [*COMMON, "force", "has_yielded"], collider=[FLOOR]
+    ),
     "pd_bond": lambda: thrown(block_of(PD_BOND), [*COMMON, "force"], collider=[FLOOR]),
     "pd_bond without grid": lambda: thrown(block_of(PD_BOND, transfer={"type": "particle"}), COMMON, collider=[FLOOR]),
     "mixed, colliders": lambda: thrown(mixed(), [*COMMON, "body"], collider=[FLOOR, BALL]),
@@ -99,6 +111,8 @@ def test_threads_do_not_change_a_bit(name: str, tmp_path: Path) -> None:
     assert np.isfinite(last["x"]).all()
     if name == "von_mises":
         assert 0.01 < last["plastic_strain"].max()
+    if "yielding" in name:
+        assert 0.02 < np.mean(last["has_yielded"]) < 0.98
     if "fracture" in name:
         assert 0 < last["broken_bonds"].sum() < last["broken_bonds"].size * 122
 
