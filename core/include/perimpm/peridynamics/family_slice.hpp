@@ -139,8 +139,9 @@ public:
     PERIMPM_INLINE void for_each_entry(Body body) const {
         for (std::uint32_t k = 0; k < slice_.size; ++k) body(entry(k));
     }
-    /// OneFamily::for_each_length with live = 1: there is no Y, and no constant, in lanes without a bond. Some entries in turns: a single loop would be a chain of operations that each wait for
-    /// the last, longer than what a processor looks ahead.
+    /// OneFamily::for_each_length with live = 1: there is no Y, and no constant, in lanes without a bond. Some entries in
+    /// turns: a single loop would be a chain of operations that each wait for the last, longer than what a processor looks
+    /// ahead.
     template <class Near, class Far>
     PERIMPM_INLINE void for_each_length(Near near, Far far) const {
         constexpr std::uint32_t kTurn = 16;
