@@ -7,7 +7,7 @@
     Poisson's ratio is 1/4. In d < 3 dimensions, sheets of thickness t and strands of section A, d^2 K_d stands for 9 K, with
     d K_d (1 - (d - 1) nu) = E and nu = 1/(d + 1); c = 2 d^2 K_d / sum_q |X| beta V_q; (2) is 9 E/(pi delta^3 t), 2 E/(A delta^2)
     (SpringLattice in perimpm/peridynamics/family.hpp). (3) sums over the full lattice (`surface = "none"`) or over each particle's own family, a pair
-    taking the mean of its two constants (`surface = "family"`); `surface = "moment"`: perimpm/peridynamics/weights.hpp. */
+    taking the mean of its two constants (`surface = "family"`); the other ways: perimpm/peridynamics/weights.hpp. */
 #include <numbers>
 
 #include "perimpm/math/elasticity.hpp"
@@ -38,7 +38,7 @@ constexpr FieldSpec kParticleState[] = {
 enum BondConstants { kStiffness, kOwn };
 constexpr FieldSpec kBondConstants[] = {
     {.name = "stiffness", .unit = "N/m", .doc = "c beta V_p V_q / |X|"},
-    {.name = "own_stiffness", .unit = "N/m", .doc = "the particle's share of it; surface \"moment\""}};
+    {.name = "own_stiffness", .unit = "N/m", .doc = "the particle's share of it; surface \"moment\" and \"ghost\""}};
 
 template <class Real>
 class PdBond final : public ConstitutiveLaw<Real> {
@@ -50,22 +50,10 @@ public:
           density_{p.context().density},
           horizon_{horizon_of(p)},
           springs_{p.context()},
-          surface_{surface_of(p)},
           beta_{p, horizon_},
-          full_{lattice_sum(beta_.reach(), p.context(), [&](double X) { return X * beta_(X); })} {
-        if (p.is("calibration", "continuum")) {
-            if (p.given("surface") && surface_ != Surface::none)
-                throw InvalidParameter("surface",
-                                       "contradicts calibration = \"continuum\", which uses one constant for all");
-            surface_ = Surface::none;
-            constexpr double kIntegral[] = {1, 2 * std::numbers::pi / 3, std::numbers::pi};  // of |X| over the family
-            full_ =
-                kIntegral[p.context().dimension - 1] * p.context().across * std::pow(horizon_, springs_.d + 1);  // (2)
-        }
-        const auto weight = [this](double X) { return X * beta_(X); };
-        const double stretched = isotropic() * lattice_sum(beta_.reach(), p.context(), weight) / full_;
-        opening_energy_ = opening_energy(beta_.reach(), p.context(), weight, stretched / 2);
-    }
+          surface_{surface_of_bonds(p)},
+          weights_{surface_, sum_of_weights(p), p.context(), beta_.reach(), weight()},
+          opening_energy_{opening_energy(beta_.reach(), p.context(), weight(), sum_of_weights(p) / 2)} {}
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .reports_stretch = true,
@@ -78,16 +66,14 @@ public:
                    .moduli = {youngs_modulus_, springs_.poisson_ratio()},
                    .volumes = beta_.volumes(),
                    .opening_energy = opening_energy_};
-        if (surface_ != Surface::moment) n.bond_constants.size = kOwn;
+        if (!weighs_by_bond(surface_)) n.bond_constants.size = kOwn;
         return n;
     }
 
     void initialise(Block<Real>& b, std::uint32_t round) const override {
-        const auto weight = [this](double X) { return X * beta_(X); };
-        const FamilyWeights<Real> weights(surface_, isotropic(), full_, weight);  // (3)
-        weights.initialise(
+        weights_.initialise(
             b, round,
-            {.normalisation = kNormalisation, .stiffness = kStiffness, .own = surface_ == Surface::moment ? kOwn : -1});
+            {.normalisation = kNormalisation, .stiffness = kStiffness, .own = weighs_by_bond(surface_) ? kOwn : -1});
     }
 
     void evaluate(Block<Real>& b, Real) const override {
@@ -149,11 +135,30 @@ private:
         return springs_.d * springs_.d * bulk_modulus(youngs_modulus_, springs_.poisson_ratio(), springs_.d);
     }
 
+    static Surface surface_of_bonds(const Params& p) {
+        if (!p.is("calibration", "continuum")) return surface_of(p);
+        if (p.given("surface") && surface_of(p) != Surface::none)
+            throw InvalidParameter("surface",
+                                   "contradicts calibration = \"continuum\", which uses one constant for all");
+        return Surface::none;
+    }
+    FamilyWeights<Real>::Weight weight() const {
+        return [beta = beta_](double X) { return X * beta(X); };
+    }
+    /// Of a family that fills the lattice: d^2 K_d, as in (3), or what (2) makes of it.
+    double sum_of_weights(const Params& p) const {
+        if (!p.is("calibration", "continuum")) return isotropic();
+        constexpr double kIntegral[] = {1, 2 * std::numbers::pi / 3, std::numbers::pi};  // of |X| over the family
+        const double continuum =
+            kIntegral[p.context().dimension - 1] * p.context().across * std::pow(horizon_, springs_.d + 1);
+        return isotropic() * lattice_sum(beta_.reach(), p.context(), weight()) / continuum;
+    }
+
     double youngs_modulus_, density_, horizon_;
     SpringLattice springs_;
-    Surface surface_;
     VolumeShare beta_;  ///< (4)
-    double full_;       ///< sum |X| beta V over the full lattice, or what stands for it in (2) [m^4]
+    Surface surface_;
+    FamilyWeights<Real> weights_;
     double opening_energy_;
 };
 }  // namespace

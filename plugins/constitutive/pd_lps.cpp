@@ -81,7 +81,7 @@ public:
           shear_{youngs_modulus_ / (2 * (1 + poisson_ratio_))},
           density_{p.context().density},
           influence_{p, horizon_of(p)},
-          weights_{make_weights(p)},
+          weights_{weights_of(p)},
           opening_energy_{
               peridynamics::opening_energy(influence_.reach(), p.context(), moment(), deviatoric() / 2,
                                            (d_ * d_ * bulk_ - deviatoric()) / 2)},  // (3) of r stretched bonds
@@ -256,9 +256,8 @@ private:
     FamilyWeights<Real>::Weight moment() const {
         return [w = influence_](double x) { return w(x) * x * x; };
     }
-    FamilyWeights<Real> make_weights(const Params& p) const {
-        return {surface_of(p), 1.0, lattice_sum(influence_.reach(), p.context(), moment()),
-                moment()};  // (1): sum w x^2 V / m = 1
+    FamilyWeights<Real> weights_of(const Params& p) const {
+        return {surface_of(p), 1.0, p.context(), influence_.reach(), moment()};  // (1): sum w x^2 V / m = 1
     }
 
     double youngs_modulus_, poisson_ratio_, d_, bulk_, shear_, density_;

@@ -141,10 +141,10 @@ TEMPLATE_TEST_CASE("every law: families in lanes and families one by one have th
     for (const std::string& name : names_of(Family::constitutive)) {
         std::vector<std::string> tables = {""};
         if (name == "pd_elastic" || name == "pd_bond" || name == "pd_lps")
-            for (const char* more : {"surface = \"none\"\n", "surface = \"family\"\n"}) tables.push_back(more);
+            for (const char* surface : {"none", "family", "ghost"})
+                tables.push_back(fmt::format("surface = \"{}\"\n", surface));
         if (name == "pd_elastic")
-            for (const char* more : {"influence = \"constant\"\n", "bending_ratio = 0.0\n", "surface = \"ghost\"\n"})
-                tables.push_back(more);
+            for (const char* more : {"influence = \"constant\"\n", "bending_ratio = 0.0\n"}) tables.push_back(more);
         if (name == "deviatoric_plastic" || name == "pd_lps")
             for (const char* rule : {"bond", "family"})
                 tables.push_back(fmt::format("yield_stress = 1e4\nyield = \"{}\"\n", rule));

@@ -184,7 +184,6 @@ def test_table_of_surfaces(jitter: float) -> None:
         }
         for law in ("pd_elastic", "pd_lps")
         for surface in ("none", "family", "moment", "ghost")
-        if surface != "ghost" or law == "pd_elastic"
         for horizon, influence in ((2.01, "constant"), (2.2, "linear"), (2.5, "linear"), (3.015, "constant"))
     }
     seen = irregular({"fixed_corotated": FIXED_COROTATED} | laws, jitter, SPACING, seeds=1)

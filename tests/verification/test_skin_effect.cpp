@@ -85,8 +85,9 @@ TEST_CASE("skin effect: moment-exact weights make bond laws exact at surfaces", 
 
 namespace {
 
-/// C11 over 1.2 E of the full lattice with the default (linear) influence: 5 sum w^ n_1^4 / sum w^.
-double lattice_ratio(double horizon) {
+/// C11 over 1.2 E of springs in the full lattice: 5 sum w n_1^4 / sum w.
+template <class Weight>
+double lattice_ratio(double horizon, Weight weight) {
     const int reach = static_cast<int>(horizon);
     double sum = 0, along = 0;
     for (int i = -reach; i <= reach; ++i)
@@ -94,8 +95,8 @@ double lattice_ratio(double horizon) {
             for (int k = -reach; k <= reach; ++k) {
                 const double X = std::sqrt(double(i * i + j * j + k * k));
                 if (X == 0 || X >= horizon) continue;
-                sum += 1 - X / horizon;
-                along += (1 - X / horizon) * std::pow(i / X, 4);
+                sum += weight(X);
+                along += weight(X) * std::pow(i / X, 4);
             }
     return 5 * along / sum;
 }
@@ -103,17 +104,20 @@ double lattice_ratio(double horizon) {
 }  // namespace
 
 TEST_CASE("skin effect: ghosts give thin bars the modulus that the lattice has inside", "[verification]") {
-    for (const double horizon : {2.01, 2.2, 3.015}) {
-        std::cout << fmt::format("pd_elastic  horizon {:5}  lattice {:.4f}", horizon, lattice_ratio(horizon));
-        for (const int width : {5, 10}) {
-            CAPTURE(horizon, width);
-            const double ratio =
-                force_ratio("pd_elastic", fmt::format("horizon = {}\nsurface = \"ghost\"", horizon), width);
-            std::cout << fmt::format("  ghost {:2} {:.4f}", width, ratio);
-            CHECK_THAT(ratio / lattice_ratio(horizon), WithinAbs(1, width == 5 ? 0.05 : 0.02));
+    for (const std::string law : {"pd_bond", "pd_elastic", "pd_lps"})
+        for (const double horizon : {2.01, 2.2, 3.015}) {
+            const double inside = lattice_ratio(horizon, [&](double X) {  // their weights, with linear influence
+                return law == "pd_bond" ? X : (1 - X / horizon) * (law == "pd_lps" ? X * X : 1);
+            });
+            std::cout << fmt::format("{:11} horizon {:5}  lattice {:.4f}", law, horizon, inside);
+            for (const int width : {5, 10}) {
+                CAPTURE(law, horizon, width);
+                const double ratio = force_ratio(law, fmt::format("horizon = {}\nsurface = \"ghost\"", horizon), width);
+                std::cout << fmt::format("  ghost {:2} {:.4f}", width, ratio / inside);
+                CHECK_THAT(ratio / inside, WithinAbs(1, width == 5 ? 0.05 : 0.02));
+            }
+            std::cout << '\n';
         }
-        std::cout << '\n';
-    }
 }
 
 namespace {

@@ -46,7 +46,7 @@ inline constexpr ParamSpec kAveragedBondParams[] = {
     horizon_length_param(),
     influence_param(),
     volume_correction_param(),
-    surface_param("moment", true),
+    surface_param("moment"),
 };
 
 /// mu and lambda of the paper [Pa].
@@ -64,20 +64,6 @@ inline void require_own_poisson_ratio(const Params& p, const SpringLattice& latt
         throw InvalidParameter("poisson_ratio",
                                std::string("must be ") + (sheet ? "1/3 in a sheet" : "1/4") +
                                    ", which this law has whatever mu and lambda; pd_lps takes any ratio");
-}
-
-/// Whether the paper's ghost particles complete the families.
-inline bool has_ghosts(const Params& p) {
-    if (!p.is("surface", "ghost")) return false;
-    if (p.context().dimension < 3)
-        throw InvalidParameter("surface", "\"ghost\" is for solids: sheets and strands are all surface");
-    if (p.is("formulation", "paper"))
-        throw InvalidParameter(
-            "surface", "\"ghost\" needs formulation = \"variational\": as printed, nothing would pull ghosts back");
-    if (p["bending_ratio"] == 0 || (p.given("mu") && p["mu"] == 0))
-        throw InvalidParameter("surface",
-                               "\"ghost\" needs averaged bonds, which are how ghosts act: a bending_ratio above 0");
-    return true;
 }
 
 inline SpringModuli springs_of(const Params& p) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "perimpm/math/pseudo_inverse.hpp"
@@ -8,7 +7,6 @@
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_forces.hpp"
 #include "perimpm/peridynamics/averaged_sweep.hpp"
-#include "perimpm/peridynamics/ghost_layer.hpp"
 #include "perimpm/peridynamics/kept_fields.hpp"
 #include "perimpm/peridynamics/weights.hpp"
 
@@ -18,7 +16,7 @@
       variational  G_p = sum_q 2 mu S_pq (|Y-_p| - |X|) dir Y-_p (x) X,  H_p = G_p K_p^+ / V_p
                    f_p = sum_q w^ V_p V_q (H_p + H_q) X + springs        minus the gradient of (5), since dF- = dA K^+
       springs      sum_q lambda (S_pq + S_qp) (|Y| - |X|) dir Y
-    S of the averaged bonds also holds the share of ghosts (ghost_layer.hpp). `Flow` makes bonds yield: their permanent strain e_p<p,q> takes e_p |X| off both extensions of p's share. */
+    `Flow` makes bonds yield: their permanent strain e_p<p,q> takes e_p |X| off both extensions of p's share. */
 namespace perimpm::peridynamics {
 
 /// Bonds that never yield.
@@ -45,24 +43,21 @@ public:
                 : p.is("formulation", "paper") ? Form::paper
                                                : Form::variational},
           lattice_{p.context()},
-          weights_{surface_of(p), lattice_.sum_of_modulus(), lattice_sum(influence_.reach(), p.context(), influence_),
-                   influence_},
+          weights_{surface_of(p), lattice_.sum_of_modulus(), p.context(), influence_.reach(), influence_},
           opening_energy_{peridynamics::opening_energy(influence_.reach(), p.context(), influence_,
                                                        lattice_.sum_of_modulus() * moduli_.sum() / 2)},
           flow_{p, moduli_.sum(), moduli_.lambda} {
-        if (has_ghosts(p))
-            ghosts_.emplace(p.context(), influence_, lattice_.sum_of_modulus(), moduli_.sum() / (2 * moduli_.mu));
         declare_fields(surface_of(p));
     }
     LawNeeds needs() const noexcept override {
         LawNeeds n{.bonds = true,
                    .prepare = form_ != Form::springs || yields(),
                    .reports_stretch = true,
-                   .stores_in_bonds = !ghosts_,
+                   .stores_in_bonds = true,
                    .horizon = influence_.reach(),
                    .rounds = 2,
                    .lanes = form_ == Form::paper ? 0 : static_cast<std::uint32_t>(kLanes<Real>),
-                   .axial = form_ == Form::variational ? at_.averaged : -1,
+                   .axial = form_ == Form::variational ? at_.own : -1,
                    .shared = at_.influence,
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
                    .volumes = influence_.volumes(),
@@ -76,17 +71,7 @@ public:
     void initialise(Block<Real>& b, std::uint32_t round) const override {
         for (std::uint32_t i = 0; i < b.size && round == 0 && form_ != Form::springs; ++i)
             set_influence(b, i), set_moments(b, i);
-        weights_.initialise(b, round,
-                            {.normalisation = kNormalisation,
-                             .stiffness = at_.stiffness,
-                             .own = at_.own,
-                             .own_is_final = ghosts_.has_value()});
-        if (round == 0 && ghosts_)
-            for (std::uint32_t i = 0; i < b.size; ++i)
-                ghosts_->complete(b, i,
-                                  {.normalisation = kNormalisation,
-                                   .own = static_cast<std::uint32_t>(at_.own),
-                                   .averaged = static_cast<std::uint32_t>(at_.averaged)});
+        weights_.initialise(b, round, {.normalisation = kNormalisation, .stiffness = at_.stiffness, .own = at_.own});
         if constexpr (Flow::kMayYield)
             if (yields() && round == 1) flow_.initialise(b, flow_fields_);
     }
@@ -113,13 +98,7 @@ public:
         return std::sqrt(moduli_.sum() / density_) * largest_stretch(b);
     }
     double stable_time_step(const Block<Real>& b) const override {
-        if (!ghosts_) return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
-        const Real *both = b.bond_constants[at_.stiffness], *own = b.bond_constants[at_.own],
-                   *averaged = b.bond_constants[at_.averaged];
-        return silling_askari_bound(b, [&](std::uint32_t k) {
-            const double of_ghosts = static_cast<double>(averaged[k]) - static_cast<double>(own[k]);
-            return moduli_.sum() * static_cast<double>(both[k]) + 4 * moduli_.mu * of_ghosts;
-        });
+        return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
     }
 
     double energy(const Block<Real>& b) const override {
@@ -138,8 +117,7 @@ public:
                     bonds.difference(b.family.reference, b.family.reference + 4 * std::size_t{b.first + i}, X);
                     deform(X, mean, F);
                     const P averaged = norm(mean) - rest;
-                    twice +=
-                        real(2 * moduli_.mu) * bonds.constant(b.bond_constants[at_.averaged]) * averaged * averaged;
+                    twice += real(2 * moduli_.mu) * bonds.constant(b.bond_constants[at_.own]) * averaged * averaged;
                 }
                 total += 0.5 * static_cast<double>(reduce(live * twice));  // (5)
             });
@@ -221,12 +199,8 @@ private:
             constants_.push_back(spec);
             return static_cast<int>(constants_.size()) - 1;
         };
-        if (form_ != Form::springs || surface == Surface::moment || yields())
+        if (form_ != Form::springs || weighs_by_bond(surface) || yields())
             at_.own = add_constant({.name = "own_stiffness", .unit = "m", .doc = "w_pq V_p V_q / |X|^2"});
-        at_.averaged = at_.own;
-        if (ghosts_)
-            at_.averaged = add_constant(
-                {.name = "averaged_stiffness", .unit = "m", .doc = "own_stiffness, and the share of the ghosts"});
         if (form_ != Form::springs && !influence_.is_constant())
             at_.influence = add_constant({.name = "influence", .doc = "w^(|X|)"});
         if constexpr (Flow::kMayYield)
@@ -292,7 +266,6 @@ private:
     SpringLattice lattice_;
     FamilyWeights<Real> weights_;
     double opening_energy_;
-    std::optional<GhostLayer> ghosts_;
     Flow flow_;
     std::vector<FieldSpec> particle_fields_, bond_fields_, constants_;
     BondFields at_;

@@ -23,7 +23,6 @@ struct AveragedState {
 struct BondFields {
     std::uint32_t stiffness = 0;  ///< constants, as the next three
     int own = -1, influence = -1;
-    int averaged = -1;     ///< S of averaged bonds: `own`, and more where ghosts count
     int strain = -1;       ///< e_p, of bonds that may yield
     int has_yielded = -1;  ///< field of particles, likewise
 };
@@ -199,7 +198,7 @@ private:
             else
                 fetch(i, bonds, live, influence, X);
             from += kEntry;
-            body(bonds, X, P(live * bonds.constant(b_.bond_constants[at_.averaged])));
+            body(bonds, X, P(live * bonds.constant(b_.bond_constants[at_.own])));
         });
     }
     const Real* influences() const { return at_.influence < 0 ? nullptr : b_.bond_constants[at_.influence]; }

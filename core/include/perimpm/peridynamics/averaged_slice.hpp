@@ -45,7 +45,7 @@ public:
                 const auto yield = [&](P& longer, const P& both) PERIMPM_INLINE_LAMBDA {
                     longer -= length * bonds.load(b_.bond_state[at_.strain]) * both;
                 };
-                add_averaged(X, twice, length, bonds.constant(b_.bond_constants[at_.averaged]), yield, sum);
+                add_averaged(X, twice, length, bonds.constant(b_.bond_constants[at_.own]), yield, sum);
             });
         else
             families_.for_each_axis([&](const Real nn[6], const P& own)

@@ -5,56 +5,50 @@
 #include <cmath>
 #include <vector>
 
-#include "perimpm/peridynamics/influence.hpp"
-#include "perimpm/peridynamics/weights.hpp"
+#include "perimpm/model/block.hpp"
 
 /*! Ghost particles of Lyu et al. 2019 (section 6, Implementation): on the sites of the lattice around a particle that are
     empty because the body ends before them, "to guarantee that each material point have similar family density". The paper
-    does not say how they move. Here a ghost follows the family that sees it, Y = F- X: its bond is an averaged bond, and what
-    it pulls is the gradient of an energy, so that the family's particles pull back. How far an averaged bond is stretched
-    depends on its direction alone: a ghost therefore counts as a share of the family's bonds on the same line through the
-    particle, or, where there are none, as at edges, of those that are nearest in direction. Nothing follows where no bond is
-    within 60 degrees, as across a single layer: such sites stay empty. */
+    does not say how they move. Here a ghost's bond is stretched as the family's bonds on the same line through the particle
+    are, or, where there are none, as at edges, those that are nearest in direction: a ghost is the image of particles in the
+    family, and its energy is theirs. Nothing follows where no bond is within 60 degrees, as across a single layer: such sites
+    stay empty. */
 namespace perimpm::peridynamics {
+
+struct Ghost {
+    double length;                   ///< |X|
+    std::vector<std::size_t> bonds;  ///< in the family: those that share its bond, alike
+};
 
 class GhostLayer {
 public:
-    /// `total`: what sum w_pq V_q is over family and ghosts; `scale`: stiffness of a ghost's bond over that of an averaged one.
-    GhostLayer(const ModelContext& c, const Influence& influence, double total, double scale)
-        : spacing_{c.particle_spacing}, influence_{influence}, total_{total}, scale_{scale} {}
+    GhostLayer(double spacing, double reach) : spacing_{spacing}, reach_{reach} {}
 
-    /// Where a law keeps what it has: constants S of the bonds, and S of the averaged bonds, which takes the ghosts' share.
-    struct Fields {
-        std::uint32_t normalisation, own, averaged;
-    };
-    /// Normalises the weights of the block's particle i with its ghosts, and adds their share.
+    double volume() const { return spacing_ * spacing_ * spacing_; }
+
+    /// Of the block's particle i: on sites without a particle of the body within nine tenths of a spacing. In a lattice,
+    /// however turned, the nearest one is at most sqrt(3)/2 away.
     template <class Real>
-    void complete(Block<Real>& b, std::uint32_t i, const Fields& at) const {
+    std::vector<Ghost> of(const Block<Real>& b, std::uint32_t i) const {
         const std::vector<Eigen::Vector3d> family = family_of(b, b.first + i);
-        if (family.empty()) return;
-        const std::vector<Eigen::Vector3d> ghosts = empty_sites(b, i, family);
-        const double volume = spacing_ * spacing_ * spacing_;
-        double sum = 0;
-        for (std::uint32_t k = 0; k < family.size(); ++k)
-            sum += influence_(family[k].norm()) *
-                   static_cast<double>(b.family.volume[b.family.neighbour[b.family.row[i] + k]]);
-        for (const Eigen::Vector3d& X : ghosts) sum += influence_(X.norm()) * volume;
-        Real& normalisation = b.particle_state[at.normalisation][0][i];
-        const double factor = total_ / sum, change = factor / static_cast<double>(normalisation);
-        normalisation = static_cast<Real>(factor);
-        Real* own = b.bond_constants[at.own] + b.family.shape[i];
-        Real* averaged = b.bond_constants[at.averaged] + b.family.shape[i];
-        for (std::size_t k = 0; k < family.size(); ++k) {
-            own[k] = static_cast<Real>(change * static_cast<double>(own[k]));
-            averaged[k] = own[k];
-        }
-        for (const Eigen::Vector3d& X : ghosts) {
-            const std::vector<std::size_t> nearest = nearest_in_direction(family, X);
-            const double weighted = factor * influence_(X.norm()) * static_cast<double>(b.volume[i]) * volume;
-            for (const std::size_t k : nearest)
-                averaged[k] += static_cast<Real>(scale_ * weighted / family[k].squaredNorm() /
-                                                 static_cast<double>(nearest.size()));
-        }
+        const auto holds = [&](const std::vector<Eigen::Vector3d>& particles, const Eigen::Vector3d& site) {
+            return std::any_of(particles.begin(), particles.end(),
+                               [&](const Eigen::Vector3d& X) { return (X - site).norm() < 0.9 * spacing_; });
+        };
+        std::vector<Eigen::Vector3d> around;
+        std::vector<Ghost> ghosts;
+        const int most = static_cast<int>(reach_ / spacing_ * (1 + 1e-9));
+        for (int x = -most; x <= most; ++x)
+            for (int y = -most; y <= most; ++y)
+                for (int z = -most; z <= most; ++z) {
+                    const Eigen::Vector3d site = spacing_ * Eigen::Vector3d(x, y, z);
+                    if (site.norm() > reach_ * (1 + 1e-9) || site.norm() < 0.9 * spacing_ || holds(family, site))
+                        continue;
+                    if (around.empty()) around = neighbours_of_neighbours(b, i, family);
+                    std::vector<std::size_t> bonds = nearest_in_direction(family, site);
+                    if (!bonds.empty() && !holds(around, site)) ghosts.push_back({site.norm(), std::move(bonds)});
+                }
+        return ghosts;
     }
 
 private:
@@ -70,34 +64,11 @@ private:
         }
         return X;
     }
-    /// Sites without a particle of the body within nine tenths of a spacing: in a lattice, however turned, the nearest one is
-    /// at most sqrt(3)/2 away.
-    template <class Real>
-    std::vector<Eigen::Vector3d> empty_sites(const Block<Real>& b, std::uint32_t i,
-                                             const std::vector<Eigen::Vector3d>& family) const {
-        const auto holds = [&](const std::vector<Eigen::Vector3d>& particles, const Eigen::Vector3d& site) {
-            return std::any_of(particles.begin(), particles.end(),
-                               [&](const Eigen::Vector3d& X) { return (X - site).norm() < 0.9 * spacing_; });
-        };
-        std::vector<Eigen::Vector3d> sites, around;
-        const int reach = static_cast<int>(influence_.reach() / spacing_ * (1 + 1e-9));
-        for (int x = -reach; x <= reach; ++x)
-            for (int y = -reach; y <= reach; ++y)
-                for (int z = -reach; z <= reach; ++z) {
-                    const Eigen::Vector3d site = spacing_ * Eigen::Vector3d(x, y, z);
-                    if (site.norm() > influence_.reach() * (1 + 1e-9) || site.norm() < 0.9 * spacing_ ||
-                        holds(family, site))
-                        continue;
-                    if (around.empty()) around = neighbours_of_neighbours(b, i);
-                    if (!holds(around, site) && !nearest_in_direction(family, site).empty()) sites.push_back(site);
-                }
-        return sites;
-    }
     /// Particles just beyond the horizon fill sites at its rim.
     template <class Real>
-    static std::vector<Eigen::Vector3d> neighbours_of_neighbours(const Block<Real>& b, std::uint32_t i) {
+    static std::vector<Eigen::Vector3d> neighbours_of_neighbours(const Block<Real>& b, std::uint32_t i,
+                                                                 const std::vector<Eigen::Vector3d>& family) {
         std::vector<Eigen::Vector3d> all;
-        const std::vector<Eigen::Vector3d> family = family_of(b, b.first + i);
         for (std::size_t k = 0; k < family.size(); ++k)
             for (const Eigen::Vector3d& X : family_of(b, b.family.neighbour[b.family.row[i] + k]))
                 all.push_back(family[k] + X);
@@ -117,9 +88,7 @@ private:
         return nearest;
     }
 
-    double spacing_;
-    Influence influence_;
-    double total_, scale_;
+    double spacing_, reach_;
 };
 
 }  // namespace perimpm::peridynamics

@@ -7,11 +7,13 @@
 #include "perimpm/math/isotropic_factors.hpp"
 #include "perimpm/model/params.hpp"
 #include "perimpm/peridynamics/family.hpp"
+#include "perimpm/peridynamics/ghost_layer.hpp"
 
 /*! Weights of bonds and what surfaces do to them. A law gives the weight w(|X|) of a bond and the sum that a family's
     weights must have; for springs, sum_q w_pq V_q n n n n, n = X/|X|, is the stiffness.
       none    w_pq = w * total / (sum over the full lattice): particles at surfaces stay soft
       family  w_pq = w * total / sum_q w V_q: each family has the whole sum
+      ghost   the same of the family completed by ghosts (ghost_layer.hpp), whose share is added to bonds of the family
       moment  the least change of these, in relative terms, that makes sum_q w_pq V_q n n n n isotropic in the span of the
               family (after Trask et al. 2019, doi:10.1016/j.cma.2018.08.016; 15 equations per particle). No weight falls
               below a tenth of the family's: where that forbids isotropy, as at edges of bodies, the tensor comes as near
@@ -19,27 +21,29 @@
               stiffness that the grid sees has negative eigenvalues; bonds of positive weight cannot do that */
 namespace perimpm::peridynamics {
 
-enum class Surface { none, family, moment };
+enum class Surface { none, family, moment, ghost };
 
-/// `with_ghosts`: of laws with averaged bonds, by which ghosts act (ghost_layer.hpp).
-constexpr ParamSpec surface_param(const char* standard, bool with_ghosts = false) {
-    return {
-        .key = "surface",
-        .kind = ParamKind::choice,
-        .default_text = standard,
-        .choices = with_ghosts ? "none|family|moment|ghost" : "none|family|moment",
-        .doc = with_ghosts
-                   ? "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor "
-                     "per family, by a factor per bond that makes the family's stiffness as nearly isotropic as can "
-                     "be, or with ghost particles that follow F- (not with criterion energy)"
-                   : "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor "
-                     "per family, or by a factor per bond that makes the family's stiffness as nearly isotropic as "
-                     "can be"};
+constexpr ParamSpec surface_param(const char* standard) {
+    return {.key = "surface",
+            .kind = ParamKind::choice,
+            .default_text = standard,
+            .choices = "none|family|moment|ghost",
+            .doc =
+                "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
+                "family, by a factor per bond that makes the family's stiffness as nearly isotropic as can be, or "
+                "with ghost particles"};
 }
-/// "ghost", which laws of averaged bonds have, begins without treatment.
 inline Surface surface_of(const Params& p) {
-    return p.is("surface", "moment") ? Surface::moment : p.is("surface", "family") ? Surface::family : Surface::none;
+    if (!p.is("surface", "ghost"))
+        return p.is("surface", "moment")   ? Surface::moment
+               : p.is("surface", "family") ? Surface::family
+                                           : Surface::none;
+    if (p.context().dimension < 3)
+        throw InvalidParameter("surface", "\"ghost\" is for solids: sheets and strands are all surface");
+    return Surface::ghost;
 }
+/// Whether the two ends of a bond may give it weights that differ by more than their families' factors.
+inline bool weighs_by_bond(Surface surface) { return surface == Surface::moment || surface == Surface::ghost; }
 
 /// Slot of the bond from its other end, for the bond in `slot` of the block's particle i.
 template <class Real>
@@ -55,8 +59,7 @@ std::uint32_t opposite_slot(const Block<Real>& b, std::uint32_t i, std::uint32_t
 struct WeightFields {
     std::uint32_t normalisation;  ///< of particles: factor of w
     std::uint32_t stiffness;      ///< constant: (w_pq + w_qp) V_p V_q / |X|^2
-    int own = -1;                 ///< constant: w_pq V_p V_q / |X|^2; -1: not kept, which `moment` excludes
-    bool own_is_final = false;    ///< whether the law has changed `own` before the second round
+    int own = -1;                 ///< constant: w_pq V_p V_q / |X|^2; -1: not kept, where weighs_by_bond() is false
 };
 
 template <class Real>
@@ -64,8 +67,13 @@ class FamilyWeights {
 public:
     using Weight = std::function<double(double)>;
 
-    FamilyWeights(Surface surface, double total, double full_sum, Weight weight)
-        : surface_{surface}, total_{total}, full_sum_{full_sum}, weight_{std::move(weight)} {}
+    /// `total` is what the weights of a family sum to that fills the lattice up to `reach`.
+    FamilyWeights(Surface surface, double total, const ModelContext& c, double reach, Weight weight)
+        : surface_{surface},
+          total_{total},
+          full_sum_{lattice_sum(reach, c, weight)},
+          weight_{std::move(weight)},
+          ghosts_{c.particle_spacing, reach} {}
 
     /// The law's `initialise`, in two rounds. Weights are those of whole families: broken bonds do not change them.
     void initialise(Block<Real>& b, std::uint32_t round, const WeightFields& fields) const {
@@ -95,6 +103,9 @@ private:
         double sum = surface_ == Surface::none ? full_sum_ : 0;
         for (std::uint32_t slot = begin; slot < end && surface_ != Surface::none; ++slot)
             sum += weight_(length(b, i, slot)) * volume(b, slot);
+        std::vector<Ghost> ghosts;
+        if (surface_ == Surface::ghost) ghosts = ghosts_.of(b, i);
+        for (const Ghost& ghost : ghosts) sum += weight_(ghost.length) * ghosts_.volume();
         const double factor = sum > 0 ? total_ / sum : 0;
         b.particle_state[fields.normalisation][0][i] = static_cast<Real>(factor);
         if (fields.own < 0) return;
@@ -102,6 +113,16 @@ private:
         for (std::uint32_t slot = begin; slot < end; ++slot)
             own[slot - begin] = static_cast<Real>(factor * raw_stiffness(b, i, slot));
         if (surface_ == Surface::moment && sum > 0) make_isotropic(b, i, factor, own, found);
+        for (const Ghost& ghost : ghosts) add_share(b, i, ghost, factor, own);
+    }
+
+    /// w V_p V / |X|^2 of a ghost, at its length, for a bond that is stretched alike, at its own.
+    void add_share(const Block<Real>& b, std::uint32_t i, const Ghost& ghost, double factor, Real* own) const {
+        const double weighted = factor * weight_(ghost.length) * static_cast<double>(b.volume[i]) * ghosts_.volume();
+        for (const std::size_t k : ghost.bonds) {
+            const double X = length(b, i, b.family.row[i] + static_cast<std::uint32_t>(k));
+            own[k] += static_cast<Real>(weighted / (X * X * static_cast<double>(ghost.bonds.size())));
+        }
     }
 
     void make_isotropic(const Block<Real>& b, std::uint32_t i, double factor, Real* own, FactorsFound& found) const {
@@ -128,7 +149,7 @@ private:
         for (std::uint32_t slot = b.family.row[i]; slot < b.family.row[i + 1]; ++slot) {
             const std::uint32_t here = constant_of(b.family, i, slot), q = b.family.neighbour[slot];
             double both;
-            if (surface_ == Surface::moment || fields.own_is_final) {
+            if (weighs_by_bond(surface_)) {
                 const Real* own = b.bond_constants[fields.own];
                 both = static_cast<double>(own[here]) +
                        static_cast<double>(own[shape[q] + opposite_slot(b, i, slot) - row[q]]);
@@ -143,6 +164,7 @@ private:
     Surface surface_;
     double total_, full_sum_;
     Weight weight_;
+    GhostLayer ghosts_;
 };
 
 }  // namespace perimpm::peridynamics
