@@ -96,10 +96,12 @@ constexpr ParamSpec kMaterialTable[] = {
     {.key = "crack_surface",
      .kind = choice,
      .default_text = "particle",
-     .choices = "particle|grid",
+     .choices = "particle|fragment|grid",
      .doc =
          "how particles with broken bonds move: by the forces of their own bonds and by contact, so that the two sides "
-         "of a crack part; or through the grid, like all others"},
+         "of a crack part; with their fragment; or on one grid with everything else, which holds fragments together. "
+         "The "
+         "first two give each fragment a velocity field of its own"},
 };
 constexpr ParamSpec kBodyTable[] = {
     {.key = "name", .kind = text, .optional = true, .doc = "default: body N"},

@@ -166,7 +166,10 @@ std::vector<MaterialSpec> read_materials(const Value& table) {
         material.name = name;
         material.density = r.number("density");
         material.law = read_model(*r.value("constitutive"), Family::constitutive, what + ".constitutive");
-        material.crack_surface_on_grid = r.text("crack_surface") == "grid";
+        const std::string crack_surface = r.text("crack_surface");
+        material.crack_surface = crack_surface == "grid"       ? CrackSurface::grid
+                                 : crack_surface == "fragment" ? CrackSurface::fragment
+                                                               : CrackSurface::particle;
         if (r.given("pieces")) {
             if (!r.given("fracture"))
                 r.fail("pieces", "says where bonds break, but without 'fracture' none does: add a criterion");

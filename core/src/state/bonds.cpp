@@ -107,7 +107,7 @@ Bonds build_bonds(std::span<const Vec3> X, std::span<const std::size_t> bodies, 
     bonds.neighbour = AlignedArray<std::uint32_t>(all.size(), kSlotPadding);
     std::copy(all.begin(), all.end(), bonds.neighbour.data());
     if (can_break) {
-        bonds.broken = AlignedArray<std::uint64_t>(all.size() / 64 + 1);
+        bonds.broken = AlignedArray<std::uint64_t>(all.size() / 64 + 2);
         bonds.damage = AlignedArray<std::uint32_t>(X.size());
         bonds.share = AlignedArray<float>(X.size());
     }

@@ -14,7 +14,7 @@ namespace perimpm {
 struct Bonds {
     AlignedArray<std::uint32_t> row;        ///< particles + 1
     AlignedArray<std::uint32_t> neighbour;  ///< ascending inside a row
-    AlignedArray<std::uint64_t> broken;     ///< one bit per bond; empty when nothing can break
+    AlignedArray<std::uint64_t> broken;     ///< one bit per bond, and a word more; empty when nothing can break
     AlignedArray<std::uint32_t> damage;     ///< broken bonds per particle; empty likewise
     AlignedArray<float> share;              ///< the same over the particle's bonds at the start; empty likewise
     bool is_cut = false;                    ///< some bond is broken

@@ -13,11 +13,6 @@ namespace {
 /// over the threads one by one.
 constexpr std::size_t kManyBlocks = 1024;
 
-void sort_unique(std::vector<std::uint64_t>& keys) {
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-}
-
 /// What a block's four node planes across each axis are images of.
 struct BlockImages {
     bool any = false;  ///< some node is an image, or lies on a face
@@ -54,15 +49,17 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
                               bool twice) {
     blocks_.resize(keys.size());
     keys_.clear();
-    const auto for_each_neighbour = [](const std::int32_t c[3], auto body) {
+    const auto for_each_neighbour = [](std::uint64_t block, auto body) {
+        std::int32_t c[3];
+        morton_decode(block, c);
         for (int n = 0; n < static_cast<int>(kNeighbours); ++n) {
             const std::int32_t at[3] = {c[0] + n / 9 - 1, c[1] + n / 3 % 3 - 1, c[2] + n % 3 - 1};
-            body(n, morton(at));
+            body(n, field_bits(block) | morton(at));
         }
     };
     for (std::size_t b = 0; b < keys.size(); ++b) {
         morton_decode(keys[b], blocks_[b].coordinate);
-        for_each_neighbour(blocks_[b].coordinate, [&](int, std::uint64_t key) { keys_.push_back(key); });
+        for_each_neighbour(keys[b], [&](int, std::uint64_t key) { keys_.push_back(key); });
     }
     sort_unique(keys_);
     if (images.any()) add_blocks_inside(images);
@@ -73,7 +70,7 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     const int shift = keys.size() < kManyBlocks ? 0 : 1;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         const std::int32_t* c = blocks_[b].coordinate;
-        for_each_neighbour(c, [&](int n, std::uint64_t key) { blocks_[b].links[n] = block_number(key); });
+        for_each_neighbour(keys[b], [&](int n, std::uint64_t key) { blocks_[b].links[n] = block_number(key); });
         const int parity = (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2;
         std::vector<BlockRange>& ranges = colours_[parity];
         const auto index = static_cast<std::uint32_t>(b);
@@ -84,6 +81,7 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     }
     images_.clear();
     if (images.any()) find_images(images);
+    find_shared();
     const std::size_t needed = keys_.size() * kBlockValues;
     const auto provide = [&](AlignedArray<Real>& values) {
         if (values.size() < needed) values = AlignedArray<Real>(needed + needed / 4);
@@ -110,7 +108,7 @@ void BlockGrid<Real>::add_blocks_inside(const DomainImages& images) {
         if (!own.any) continue;
         for_each_reached(own, [&](int, const ImageOf& x, const ImageOf& y, const ImageOf& z) {
             const std::int32_t inside[3] = {floor_block(x.node), floor_block(y.node), floor_block(z.node)};
-            const std::uint64_t key = morton(inside);
+            const std::uint64_t key = field_bits(keys_[g]) | morton(inside);
             if (key != keys_[g] && key != keys_.back()) keys_.push_back(key);
         });
     }
@@ -126,7 +124,8 @@ void BlockGrid<Real>::find_images(const DomainImages& images) {
         auto number = static_cast<std::uint32_t>(g);
         for_each_reached(own, [&](int n, const ImageOf& x, const ImageOf& y, const ImageOf& z) {
             const std::int32_t inside[3] = {floor_block(x.node), floor_block(y.node), floor_block(z.node)};
-            if (const std::uint64_t other = morton(inside); other != key) key = other, number = block_number(other);
+            if (const std::uint64_t other = field_bits(key) | morton(inside); other != key)
+                key = other, number = block_number(other);
             const auto in_block = [&](const ImageOf& image, int c) { return image.node - kBlockNodes * inside[c]; };
             const NodeImage image{.of = static_cast<std::uint32_t>(kNodesPerBlock * number + 16 * in_block(x, 0) +
                                                                    4 * in_block(y, 1) + in_block(z, 2)),
@@ -139,6 +138,35 @@ void BlockGrid<Real>::find_images(const DomainImages& images) {
     std::sort(images_.begin(), images_.end(), [](const NodeImage& a, const NodeImage& b) {
         return std::tuple(a.of, a.of == a.node, a.node) < std::tuple(b.of, b.of == b.node, b.node);
     });
+}
+
+template <class Real>
+void BlockGrid<Real>::find_shared() {
+    shared_.clear(), shared_begin_.clear();
+    if (keys_.empty() || field_bits(keys_.back()) == 0) return;
+    const auto place = [&](const SharedBlock& s) { return keys_[s.block] ^ field_bits(keys_[s.block]); };
+    for (std::size_t g = 0; g < keys_.size(); ++g) shared_.push_back({.block = static_cast<std::uint32_t>(g)});
+    std::sort(shared_.begin(), shared_.end(), [&](const SharedBlock& a, const SharedBlock& b) {
+        return std::pair(place(a), a.block) < std::pair(place(b), b.block);
+    });
+    std::size_t kept = 0;
+    for (std::size_t first = 0, end; first < shared_.size(); first = end) {
+        for (end = first + 1; end < shared_.size() && place(shared_[end]) == place(shared_[first]);) ++end;
+        if (end == first + 1) continue;
+        shared_begin_.push_back(static_cast<std::uint32_t>(kept));
+        for (std::size_t k = first; k < end; ++k) shared_[kept++] = shared_[k];
+    }
+    shared_.resize(kept);
+    shared_begin_.push_back(static_cast<std::uint32_t>(kept));
+    for (SharedBlock& s : shared_)
+        for (int axis = 0; axis < 3; ++axis)
+            for (const int side : {0, 1}) {
+                std::int32_t at[3] = {coordinate(s.block)[0], coordinate(s.block)[1], coordinate(s.block)[2]};
+                at[axis] += 2 * side - 1;
+                const std::uint64_t key = field_bits(keys_[s.block]) | morton(at);
+                const std::uint32_t found = block_number(key);
+                s.beside[axis][side] = found < keys_.size() && keys_[found] == key ? found : SharedBlock::kNone;
+            }
 }
 
 /// A tile starts kTileOffset nodes below its block: each row of eight nodes consists of two, four and two nodes of

@@ -26,12 +26,20 @@ struct BlockRange {
     std::uint32_t first, end;
 };
 
+/// A grid block at whose place another velocity field has one, too.
+struct SharedBlock {
+    static constexpr std::uint32_t kNone = ~0u;
+    std::uint32_t block;
+    std::uint32_t beside[3][2];  ///< the blocks of its field below and above along each axis; kNone
+};
+
 /// Sparse grid: only blocks that some particle can reach exist. Nodes of a block: z fastest, four numbers each
 /// (momentum or velocity, mass). Layout and tiles as in TransferBlock.
 template <class Real>
 class BlockGrid {
 public:
-    /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles. Allocates
+    /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles, which begin with
+    /// the number of a velocity field: nodes of different fields are different nodes. Allocates
     /// only when there are more blocks than ever before. With images, the nodes that they stand for exist, too. `twice`:
     /// there are second values for all nodes, which the next step is scattered to before this one's are read.
     void rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images = {},
@@ -41,6 +49,10 @@ public:
     const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
     /// Ranges of particle_blocks() in eight sets; tiles of different ranges of a set do not overlap.
     const std::vector<BlockRange>& colour(int c) const { return colours_[c]; }
+    /// Places where blocks of several fields are: from shared_begin()[k] on those of place k, by ascending field; then the
+    /// total. Empty with one field.
+    const std::vector<SharedBlock>& shared() const { return shared_; }
+    const std::vector<std::uint32_t>& shared_begin() const { return shared_begin_; }
     const std::int32_t* coordinate(std::size_t block) const { return coordinates_.data() + 3 * block; }
     Real* nodes(std::size_t block) { return values_.data() + block * kBlockValues; }
     Real* increments(std::size_t block) { return increments_.data() + block * kBlockValues; }
@@ -68,6 +80,7 @@ public:
 private:
     void add_blocks_inside(const DomainImages& images);
     void find_images(const DomainImages& images);
+    void find_shared();
     std::uint32_t block_number(std::uint64_t key) const;
     template <class Copy>
     void for_each_run(const ParticleBlock& block, Copy copy) const;
@@ -77,6 +90,8 @@ private:
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;
     std::vector<NodeImage> images_;
+    std::vector<SharedBlock> shared_;
+    std::vector<std::uint32_t> shared_begin_;
     AlignedArray<Real> values_, increments_, next_values_, next_increments_;
 };
 

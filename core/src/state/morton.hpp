@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <vector>
 
 namespace perimpm {
 
@@ -22,6 +24,11 @@ constexpr std::uint64_t compact_bits(std::uint64_t v) {
     return (v | v >> 32) & 0x3ffff;
 }
 
+/// Bits of a key above those of its coordinates: the number of a velocity field.
+inline constexpr int kFieldShift = 54;
+inline constexpr std::uint32_t kMostFields = 1u << 10;
+constexpr std::uint64_t field_bits(std::uint64_t key) { return key >> kFieldShift << kFieldShift; }
+
 inline constexpr std::int32_t kMortonBias = 1 << 17;  ///< coordinates from -bias to bias - 1
 
 /// Farthest cell from the origin that particles on a grid may reach: in single precision positions there are still known
@@ -42,6 +49,11 @@ constexpr void morton_decode(std::uint64_t key, std::int32_t c[3]) {
     c[0] = static_cast<std::int32_t>(compact_bits(key >> 2)) - kMortonBias;
     c[1] = static_cast<std::int32_t>(compact_bits(key >> 1)) - kMortonBias;
     c[2] = static_cast<std::int32_t>(compact_bits(key)) - kMortonBias;
+}
+
+inline void sort_unique(std::vector<std::uint64_t>& keys) {
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
 }  // namespace perimpm

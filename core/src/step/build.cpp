@@ -188,8 +188,8 @@ void create_models(World<Real>& w, Material<Real>& m, const MaterialSpec& spec, 
         throw InputError(
             spec.criterion.source.place.text(),
             fmt::format("criterion '{}' needs the energy of each bond, which law '{}' of material '{}' does "
-                        "not know: use pd_bond, pd_lps, pd_elastic or deviatoric_plastic, without surface = "
-                        "\"ghost\", or another criterion (critical_stretch, plane_cut)",
+                        "not know: use pd_bond, pd_lps, pd_elastic or deviatoric_plastic, or another criterion "
+                        "(critical_stretch, plane_cut)",
                         spec.criterion.type, spec.law.type, spec.name));
     require_sound(m.criterion->interval() >= 1, spec.criterion,
                   "a criterion is asked every 1 or more steps, not every 0");
@@ -271,8 +271,10 @@ void prepare_crack_surfaces(World<Real>& w) {
         const double speed = reduce_chunks(
             w, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); }, largest);
         m.contact_stiffness = 0.25 * m.density * speed * speed * m.spacing;
-        m.frees_crack_surfaces = m.can_break() && !m.force.empty() && w.transfer_needs.grid &&
-                                 !w.scene.materials[m.number].crack_surface_on_grid;
+        const CrackSurface way = w.scene.materials[m.number].crack_surface;
+        const bool parts = m.can_break() && w.transfer_needs.grid;
+        m.frees_crack_surfaces = parts && !m.force.empty() && way == CrackSurface::particle;
+        m.parts_fragments = parts && way != CrackSurface::grid;
     }
     measure_crack_bound(w);
 }

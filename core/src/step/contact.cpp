@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "step/stages.hpp"
 
@@ -36,33 +38,39 @@ void for_each_around(const Cell& c, Body body) {
             for (std::int64_t k = -1; k <= 1; ++k) body(key_of({c[0] + i, c[1] + j, c[2] + k}));
 }
 
-/// Marks the cells around crack surfaces, then lists the particles in them, in order of storage, and chains them by cell.
 template <class Real>
-void fill_cells(World<Real>& w, ContactCells& cells, double width) {
-    std::size_t free = 0;
+void find_free(const World<Real>& w, ContactCells<Real>& cells) {
+    cells.free.clear(), cells.is_free.assign(w.count, 0);
     for (const Material<Real>& m : w.materials)
-        for (std::size_t p = 0; p < m.size; ++p) free += m.is_free(p);
+        for (std::size_t p = 0; p < m.size; ++p) {
+            if (!m.is_free(p)) continue;
+            cells.free.push_back(static_cast<std::uint32_t>(m.begin + p));
+            cells.is_free[m.begin + p] = 1;
+        }
+}
+
+/// Marks the cells around crack surfaces, then sorts the particles in them by their cells' hashes.
+template <class Real>
+void fill_cells(const World<Real>& w, ContactCells<Real>& cells, double width) {
+    find_free(w, cells);
     std::size_t buckets = 1024;
-    while (buckets < 8 * free) buckets *= 2;
+    while (buckets < 8 * cells.free.size()) buckets *= 2;
     cells.mask = buckets - 1, cells.width = width;
-    cells.near.assign(buckets, 0), cells.first.assign(buckets, ContactCells::kNone);
-    for (const Material<Real>& m : w.materials)
-        for (std::size_t p = 0; p < m.size; ++p)
-            if (m.is_free(p))
-                for_each_around(cell_of(w, m.begin + p, width),
-                                [&](std::uint64_t key) { cells.near[hash(key) & cells.mask] = 1; });
-    cells.particle.clear(), cells.key.clear();
-    for (std::size_t p = 0; p < w.count; ++p) {
-        const std::uint64_t key = key_of(cell_of(w, p, width));
-        if (!cells.near[hash(key) & cells.mask]) continue;
-        cells.particle.push_back(static_cast<std::uint32_t>(p));
-        cells.key.push_back(key);
+    cells.near.assign(buckets, 0), cells.begin.assign(buckets + 1, 0);
+    for (const std::uint32_t p : cells.free)
+        for_each_around(cell_of(w, p, width), [&](std::uint64_t key) { cells.near[hash(key) & cells.mask] = 1; });
+    cells.found.clear();
+    for (std::uint32_t p = 0; p < w.count; ++p) {
+        const std::uint64_t key = key_of(cell_of(w, p, width)), bucket = hash(key) & cells.mask;
+        if (!cells.near[bucket]) continue;
+        cells.found.push_back({key, p, {w.x[0][p], w.x[1][p], w.x[2][p]}});
+        ++cells.begin[bucket + 1];
     }
-    cells.next.resize(cells.particle.size());
-    for (std::size_t k = cells.particle.size(); k-- > 0;) {  // chains ascend
-        std::uint32_t& chain = cells.first[hash(cells.key[k]) & cells.mask];
-        cells.next[k] = chain, chain = static_cast<std::uint32_t>(k);
-    }
+    std::partial_sum(cells.begin.begin(), cells.begin.end(), cells.begin.begin());
+    cells.entries.resize(cells.found.size());
+    for (const auto& entry : cells.found) cells.entries[cells.begin[hash(entry.key) & cells.mask]++] = entry;
+    std::copy_backward(cells.begin.begin(), cells.begin.end() - 1, cells.begin.end());
+    cells.begin.front() = 0;
 }
 
 template <class Real>
@@ -109,32 +117,32 @@ double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n,
     return bonded(m, own, other, apart) ? 0 : std::min(touching, apart);
 }
 
-/// What particle p may touch: anything if it is at a crack's surface, else what is.
+/// What particle p, which is at a crack's surface, may touch.
 template <class Real>
 void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<Real>& found) {
-    const ContactCells& cells = w.contact.cells;
+    const ContactCells<Real>& cells = w.contact.cells;
     const Material<Real>& m = material_of(w, p);
-    const bool any = m.is_free(p - m.begin);
     const Vec3 at = place_of(w, p);
     const std::size_t before = found.other.size();
     for_each_around(cell_of(w, p, cells.width), [&](std::uint64_t key) {
-        for (std::uint32_t k = cells.first[hash(key) & cells.mask]; k != ContactCells::kNone; k = cells.next[k]) {
-            const std::size_t q = cells.particle[k];
-            if (cells.key[k] != key || q == p) continue;
+        const std::size_t bucket = hash(key) & cells.mask;
+        for (std::uint32_t k = cells.begin[bucket]; k < cells.begin[bucket + 1]; ++k) {
+            const auto& entry = cells.entries[k];
+            const std::size_t q = entry.particle;
+            if (entry.key != key || q == p) continue;
             const Material<Real>& n = material_of(w, q);
-            if (!any && !n.is_free(q - n.begin)) continue;
             const double near = 0.5 * (m.spacing + n.spacing) + skin;
-            if ((place_of(w, q) - at).squaredNorm() >= near * near) continue;
+            double apart2 = 0;
+            for (int c = 0; c < 3; ++c) apart2 += std::pow(static_cast<double>(entry.x[c]) - at[c], 2);
+            if (apart2 >= near * near) continue;
             const double reach = reach_of(m, p, n, q);
             if (reach == 0) continue;
-            found.other.push_back(static_cast<std::uint32_t>(q));
+            found.other.push_back(entry.particle);
             found.reach.push_back(static_cast<Real>(reach));
             found.stiffness.push_back(static_cast<Real>(2 * m.contact_stiffness * n.contact_stiffness /
                                                         (m.contact_stiffness + n.contact_stiffness)));
         }
     });
-    if (found.other.size() == before) return;
-    found.particle.push_back(static_cast<std::uint32_t>(p));
     found.count.push_back(static_cast<std::uint32_t>(found.other.size() - before));
 }
 
@@ -145,9 +153,23 @@ double widest_spacing(const World<Real>& w) {
     return widest;
 }
 
-template <class T>
-void append(std::vector<T>& all, const std::vector<T>& part) {
-    all.insert(all.end(), part.begin(), part.end());
+/// Calls body(particle, other, reach, stiffness) for the pairs found, and for those of particles at crack surfaces with
+/// others also the other way round.
+template <class Real, class Body>
+void for_each_found(const ContactPairs<Real>& list, Body body) {
+    const std::vector<std::uint32_t>& free = list.cells.free;
+    for (std::size_t k = 0, piece = 0; k < free.size(); ++piece) {
+        const ContactFinds<Real>& found = list.found[piece];
+        std::size_t pair = 0;
+        for (const std::uint32_t count : found.count) {
+            const std::uint32_t p = free[k++];
+            for (const std::size_t end = pair + count; pair < end; ++pair) {
+                const std::uint32_t q = found.other[pair];
+                body(p, q, found.reach[pair], found.stiffness[pair]);
+                if (!list.cells.is_free[q]) body(q, p, found.reach[pair], found.stiffness[pair]);
+            }
+        }
+    }
 }
 
 template <class Real>
@@ -155,23 +177,27 @@ void list_pairs(World<Real>& w) {
     ContactPairs<Real>& list = w.contact;
     const double widest = widest_spacing(w), skin = kSkin * widest;
     fill_cells(w, list.cells, widest + skin);
-    const std::size_t candidates = list.cells.particle.size(), chunks = (candidates + kChunk - 1) / kChunk;
-    if (list.found.size() < chunks) list.found.resize(chunks);
-    w.threads.run(chunks, [&](std::size_t chunk) {
-        ContactFinds<Real>& found = list.found[chunk];
+    const std::vector<std::uint32_t>& free = list.cells.free;
+    const std::size_t pieces = (free.size() + kChunk - 1) / kChunk;
+    if (list.found.size() < pieces) list.found.resize(pieces);
+    w.threads.run(pieces, [&](std::size_t piece) {
+        ContactFinds<Real>& found = list.found[piece];
         found.clear();
-        for (std::size_t k = chunk * kChunk; k < std::min(candidates, (chunk + 1) * kChunk); ++k)
-            find_pairs(w, list.cells.particle[k], skin, found);
+        for (std::size_t k = piece * kChunk; k < std::min(free.size(), (piece + 1) * kChunk); ++k)
+            find_pairs(w, free[k], skin, found);
     });
-    list.particle.clear(), list.row.clear(), list.other.clear(), list.reach.clear(), list.stiffness.clear();
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-        const ContactFinds<Real>& found = list.found[chunk];
-        auto row = static_cast<std::uint32_t>(list.other.size());
-        for (const std::uint32_t count : found.count) list.row.push_back(row), row += count;
-        append(list.particle, found.particle), append(list.other, found.other);
-        append(list.reach, found.reach), append(list.stiffness, found.stiffness);
+    list.place.assign(w.count, 0);
+    for_each_found(list, [&](std::uint32_t p, auto...) { ++list.place[p]; });
+    list.particle.clear(), list.row.assign(1, 0);
+    for (std::uint32_t p = 0; p < w.count; ++p) {
+        const std::uint32_t count = std::exchange(list.place[p], list.row.back());
+        if (count > 0) list.particle.push_back(p), list.row.push_back(list.row.back() + count);
     }
-    list.row.push_back(static_cast<std::uint32_t>(list.other.size()));
+    list.other.resize(list.row.back()), list.reach.resize(list.row.back()), list.stiffness.resize(list.row.back());
+    for_each_found(list, [&](std::uint32_t p, std::uint32_t q, Real reach, Real stiffness) {
+        const std::uint32_t at = list.place[p]++;
+        list.other[at] = q, list.reach[at] = reach, list.stiffness[at] = stiffness;
+    });
     list.valid = true, list.moved = 0, list.generation = w.generation;
 }
 

@@ -5,24 +5,30 @@
 
 namespace perimpm {
 
-/// Particles in the cells about crack surfaces, in a hash table of chains.
+/// Particles in the cells about crack surfaces, by a hash of their cells.
+template <class Real>
 struct ContactCells {
-    static constexpr std::uint32_t kNone = 0xffffffff;
-    double width = 0;                        ///< of a cell [m]
-    std::size_t mask = 0;                    ///< of hashes
-    std::vector<char> near;                  ///< by hash: whether a crack surface may be around
-    std::vector<std::uint32_t> first, next;  ///< by hash, by entry: the first, the next entry of the chain
-    std::vector<std::uint32_t> particle;     ///< by entry, ascending
-    std::vector<std::uint64_t> key;          ///< by entry: of its cell
+    struct Entry {
+        std::uint64_t key;  ///< of its cell
+        std::uint32_t particle;
+        Real x[3];
+    };
+    double width = 0;                   ///< of a cell [m]
+    std::size_t mask = 0;               ///< of hashes
+    std::vector<std::uint32_t> free;    ///< particles at crack surfaces, ascending
+    std::vector<char> is_free, near;    ///< by particle; by hash: whether a crack surface may be around
+    std::vector<std::uint32_t> begin;   ///< by hash: its first entry, then their number
+    std::vector<Entry> entries, found;  ///< by hash and particle; by particle
 };
 
-/// What one piece of the search found.
+/// What one piece of the search found: pairs of particles at crack surfaces with anything else.
 template <class Real>
 struct ContactFinds {
-    std::vector<std::uint32_t> particle, count, other;
+    std::vector<std::uint32_t> count;  ///< of pairs, by particle searched for
+    std::vector<std::uint32_t> other;  ///< by pair, as the next two
     std::vector<Real> reach, stiffness;
 
-    void clear() { particle.clear(), count.clear(), other.clear(), reach.clear(), stiffness.clear(); }
+    void clear() { count.clear(), other.clear(), reach.clear(), stiffness.clear(); }
 };
 
 /// Particles that may touch though no bond joins them, at least one of each pair at a crack's surface. Each pair is there
@@ -35,8 +41,9 @@ struct ContactPairs {
     std::vector<Real> reach;              ///< by pair: distance below which they repel each other [m]
     std::vector<Real> stiffness;          ///< by pair [N/m]
 
-    ContactCells cells;
+    ContactCells<Real> cells;
     std::vector<ContactFinds<Real>> found;  ///< by piece of the search
+    std::vector<std::uint32_t> place;       ///< by particle: number of its pairs, then where its next one goes
 
     bool valid = false;            ///< false: bonds broke since
     double moved = 0;              ///< how far any particle may have moved since [m]

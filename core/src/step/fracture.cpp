@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "step/stages.hpp"
 
@@ -85,6 +86,7 @@ void fracture(World<Real>& w, Material<Real>& m) {
     const std::vector<std::size_t> changed = cut(m);
     if (changed.empty()) return;
     w.contact.valid = false;
+    if (m.parts_fragments) w.fields.is_stale = true, w.drift = std::numeric_limits<double>::infinity();  // sorts next
     w.has_crack_surfaces = w.has_crack_surfaces || m.frees_crack_surfaces;
     renew(w, m, changed, is_first);
 }

@@ -40,6 +40,7 @@ struct Material {
     double lightness = 1;               ///< wave speed over that of its density, where masses or volumes were written
     double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
     bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
+    bool parts_fragments = false;       ///< once bonds broke, each of its fragments has a velocity field of its own
 
     std::vector<StateField<Real>> particle_state;
     std::vector<AlignedArray<Real>> bond_state;
@@ -67,6 +68,7 @@ struct Material {
         const auto body = [&](std::uint32_t n) { return std::upper_bound(bodies.begin(), bodies.end(), n); };
         return bodies.size() == 1 || body(p) == body(q);
     }
+    bool has_own_fields() const { return parts_fragments && bonds.is_cut; }
     /// Whether particle p, counted within the material, moves by its own forces instead of with the grid.
     bool is_free(std::size_t p) const { return frees_crack_surfaces && bonds.damage[p] > 0; }
     std::size_t chunks() const { return (size + kChunk - 1) / kChunk; }

@@ -152,6 +152,8 @@ private:
         return names;
     }
     void add_crack_passes() {
+        if (parts_fragments(w_))
+            pass("contact of velocity fields", "each step where fragments are near something", {"grid"}, {"grid"});
         if (crack_laws().empty()) return;
         const std::string when = w_.has_crack_surfaces ? kEachStep : "each step once bonds have broken";
         pass("contact of crack surfaces", when, {"x", "bonds"}, {"v"});
@@ -188,6 +190,7 @@ private:
         }
         array("grid", w_.grid.bytes());
         array("sort", w_.sort.bytes());
+        array("velocity fields", w_.fields.bytes());
         array("conditions", w_.conditions.bytes());
         std::size_t energies = 0;
         for (const Scratch<Real>& s : w_.scratch) energies += s.own_energy.bytes() + s.other_energy.bytes();
@@ -228,6 +231,8 @@ private:
             skip("bond flags and fragments", "the scene has neither a fracture criterion nor cracks");
         if (crack_laws().empty() && any_can_break(w_))
             skip("crack surfaces and their contact", "no material with bonds that can break lets them leave the grid");
+        if (!parts_fragments(w_) && any_can_break(w_))
+            skip("velocity fields of fragments", "crack_surface = \"grid\", or no grid");
         if (s.colliders.empty()) skip("collider passes", "the scene has no colliders");
         if (w_.conditions.list.empty()) skip("conditions", "the scene has none");
         if (!w_.transfer_needs.grid)

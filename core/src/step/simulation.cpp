@@ -128,9 +128,14 @@ private:
             scatter(world);  // 1, 2
         }
         if (world.defers_gather) world.max_speed = world.gathered_speed;
+        const auto fold = [&] {
+            if (world.images.any()) fold_images(world);
+        };
+        const bool fields_meet = !world.grid.shared().empty();
+        if (fields_meet) world.timer("contact of velocity fields", [&] { fold(), resolve_field_contact(world); });
         world.timer("grid update", [&] {  // 3, 4
             const bool held = world.conditions.holds();
-            if (world.images.any()) fold_images(world);
+            if (!fields_meet) fold();
             update_grid(world);
             if (held) hold_nodes(world);
             if (world.images.any()) unfold_images(world);

@@ -76,21 +76,23 @@ void find_blocks(World<Real>& w) {
     SortBuffers<Real>& s = w.sort;
     s.block.resize(w.count);
     s.found.resize((w.count + kPiece - 1) / kPiece);
-    for_each_piece(w.threads, w.count, kPiece, [&](std::size_t piece, std::size_t first, std::size_t end) {
-        std::vector<std::uint64_t>& found = s.found[piece];
-        found.clear();
+    for_each_piece(w.threads, w.count, kPiece, [&](std::size_t, std::size_t first, std::size_t end) {
         for (std::size_t p = first; p < end; ++p) {
             if (w.scene.grid.bounded) check_domain(w, p);
             s.block[p] = block_of(w, p);
-            if (found.empty() || found.back() != s.block[p]) found.push_back(s.block[p]);
         }
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
+    });
+    if (has_own_fields(w)) assign_fields(w);
+    for_each_piece(w.threads, w.count, kPiece, [&](std::size_t piece, std::size_t first, std::size_t end) {
+        std::vector<std::uint64_t>& found = s.found[piece];
+        found.clear();
+        for (std::size_t p = first; p < end; ++p)
+            if (found.empty() || found.back() != s.block[p]) found.push_back(s.block[p]);
+        sort_unique(found);
     });
     s.blocks.clear();
     for (const std::vector<std::uint64_t>& found : s.found) s.blocks.insert(s.blocks.end(), found.begin(), found.end());
-    std::sort(s.blocks.begin(), s.blocks.end());
-    s.blocks.erase(std::unique(s.blocks.begin(), s.blocks.end()), s.blocks.end());
+    sort_unique(s.blocks);
 }
 
 /// Puts the material's particles into the order of their blocks (a counting sort) and notes where each block begins.
@@ -224,6 +226,7 @@ void sort_particles(World<Real>& w) {
             moved = true;
         }
     }
+    if (!w.grid.shared().empty()) prepare_field_contact(w);
     if (moved) ++w.generation;
     ++w.sorts;
     w.drift = 0;

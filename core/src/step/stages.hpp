@@ -23,6 +23,15 @@ void scatter(World<Real>& w);
 /// Nodes behind mirrors and periodic borders give mass and momentum to the nodes that they are images of.
 template <class Real>
 void fold_images(World<Real>& w);
+/// After a sort has found blocks: the numbers of velocity fields, into the keys of the blocks of w.sort.
+template <class Real>
+void assign_fields(World<Real>& w);
+/// After a sort: what contact between fields must know of the blocks that they share.
+template <class Real>
+void prepare_field_contact(World<Real>& w);
+/// Velocity fields that approach each other where they fill a node exchange momentum.
+template <class Real>
+void resolve_field_contact(World<Real>& w);
 template <class Real>
 void update_grid(World<Real>& w);
 /// The way back: nodes behind take the velocities of those nodes.

@@ -21,6 +21,7 @@
 #include "step/contact.hpp"
 #include "step/faces.hpp"
 #include "step/material.hpp"
+#include "step/velocity_fields.hpp"
 
 namespace perimpm {
 
@@ -169,6 +170,7 @@ struct World {
     bool has_crack_surfaces = false;                               ///< some particles have left the grid
     double crack_bound = std::numeric_limits<double>::infinity();  ///< their stable step [s]
     ContactPairs<Real> contact;
+    VelocityFields<Real> fields;
     bool relaxing = false;  ///< on the way to equilibrium: prescribed particles stand still
     SortBuffers<Real> sort;
     PassTimer timer;
@@ -181,6 +183,15 @@ struct World {
 template <class Real>
 bool any_can_break(const World<Real>& w) {
     return std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.can_break(); });
+}
+
+template <class Real>
+bool parts_fragments(const World<Real>& w) {
+    return std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.parts_fragments; });
+}
+template <class Real>
+bool has_own_fields(const World<Real>& w) {
+    return std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.has_own_fields(); });
 }
 
 /// The block of `size` particles from index `first` of the material, counted in storage order.

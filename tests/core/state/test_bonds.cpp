@@ -82,6 +82,8 @@ TEST_CASE("bonds: breaking counts each direction once", "[state]") {
     Families<double> family;
     family.broken = bonds.broken.data();
     for (std::uint32_t s = 0; s < bonds.size(); ++s) CHECK(family.is_broken(s) == (s == slot));
+    for (std::uint32_t s = 0; s < bonds.size(); ++s)
+        CHECK(family.broken_from(s) == (slot >= s && slot < s + 32 ? 1u << (slot - s) : 0u));
 }
 
 TEST_CASE("bonds: families never cross bodies", "[state]") {

@@ -112,3 +112,39 @@ TEST_CASE("grid: only blocks that a tile reaches exist", "[state]") {
     grid.rebuild(keys_of({{0, 0, 0}, {0, 0, 1}}), false);
     CHECK(grid.size() == 36);
 }
+
+TEST_CASE("grid: velocity fields have nodes of their own and know where they meet", "[state]") {
+    const auto key = [](std::uint64_t field, const Node& at) {
+        const std::int32_t c[3] = {at[0], at[1], at[2]};
+        return field << kFieldShift | morton(c);
+    };
+    // field 1 beside field 0, field 5 far from both
+    const std::vector<std::uint64_t> keys = {key(0, {0, 0, 0}), key(1, {2, 0, 0}), key(5, {40, 0, 0})};
+    BlockGrid<double> grid;
+    grid.rebuild(keys, false);
+    CHECK(grid.size() == 3 * 27);
+    for (std::size_t b = 0; b < keys.size(); ++b)
+        for (std::size_t n = 0; n < kNeighbours; ++n) {
+            const std::uint32_t link = grid.particle_blocks()[b].links[n];
+            CHECK(link / 27 == b);
+        }
+    const std::vector<std::uint32_t>& begin = grid.shared_begin();
+    REQUIRE(begin.size() == 9 + 1);  // the blocks of the plane x = 1
+    for (std::size_t k = 0; k + 1 < begin.size(); ++k) {
+        REQUIRE(begin[k + 1] == begin[k] + 2);
+        const SharedBlock &one = grid.shared()[begin[k]], &other = grid.shared()[begin[k] + 1];
+        CHECK(one.block < 27);
+        CHECK(other.block / 27 == 1);
+        for (int axis = 0; axis < 3; ++axis) {
+            CHECK(grid.coordinate(one.block)[axis] == grid.coordinate(other.block)[axis]);
+            for (const int side : {0, 1}) {
+                const std::uint32_t beside = one.beside[axis][side];
+                const int there = grid.coordinate(one.block)[axis] + 2 * side - 1;
+                CHECK((beside == SharedBlock::kNone) == (std::abs(there) > 1));
+                if (beside != SharedBlock::kNone) CHECK(grid.coordinate(beside)[axis] == there);
+            }
+        }
+    }
+    grid.rebuild({key(0, {0, 0, 0}), key(0, {2, 0, 0})}, false);
+    CHECK(grid.shared().empty());
+}

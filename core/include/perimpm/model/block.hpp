@@ -63,6 +63,11 @@ struct Families {
     Field<const Real> y;                       ///< position of every particle again, by component
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
+    /// The flags of the 32 bonds from `slot` on, the first one's lowest; only where there are flags.
+    std::uint32_t broken_from(std::uint32_t slot) const {
+        const std::uint64_t *word = broken + (slot >> 6), low = word[0] >> (slot & 63);
+        return static_cast<std::uint32_t>((slot & 63) == 0 ? low : low | word[1] << (64 - (slot & 63)));
+    }
 };
 
 /// Energy that bonds store at their own and at their other end [J]. Bonds of a block, the first of its first particle

@@ -80,9 +80,8 @@ struct BondPack {
 /// 1 for the live bonds among `size` from `slot` on, 0 for broken ones and for the remaining lanes. A call of its own:
 /// most families have no broken bonds.
 template <class Real>
-[[gnu::noinline, gnu::cold]] Pack<Real> unbroken_bonds(const Families<Real>& f, std::uint32_t slot,
-                                                       std::uint32_t size) {
-    return Pack<Real>([&](std::uint32_t lane) { return lane < size && !f.is_broken(slot + lane) ? Real(1) : Real(0); });
+[[gnu::noinline]] Pack<Real> unbroken_bonds(const Families<Real>& f, std::uint32_t slot, std::uint32_t size) {
+    return ones_at<Real>(~f.broken_from(slot) & ((1u << size) - 1));
 }
 template <class Real>
 PERIMPM_INLINE Pack<Real> live_bonds(const Families<Real>& f, std::uint32_t slot, std::uint32_t size, bool damaged) {

@@ -17,6 +17,9 @@ namespace perimpm {
 enum class Precision { single_, double_ };
 enum class Face { sticky, slip, separate, open, symmetry, periodic };
 enum class Contact { sticky, slip, separate };
+/// How particles with broken bonds move: by their own forces; on the grid with everything else; with their fragment, whose
+/// velocity field is its own unless it is `grid`.
+enum class CrackSurface { particle, grid, fragment };
 
 /// A model as a scene names it, checked against the model's declared parameters.
 struct ModelSpec {
@@ -53,7 +56,7 @@ struct MaterialSpec {
     double density;  ///< [kg/m^3]
     ModelSpec law;
     ModelSpec criterion;  ///< params null: nothing breaks
-    bool crack_surface_on_grid = false;
+    CrackSurface crack_surface = CrackSurface::particle;
     std::uint32_t pieces = 0;  ///< Voronoi pieces of each body, between which alone bonds break; 0: anywhere
     std::uint64_t pieces_seed = 1;
 };
