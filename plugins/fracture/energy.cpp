@@ -2,8 +2,9 @@
     good, when it stores more than w_c per volume of both its particles. Compression breaks nothing.
       (1) w<p,q> + w<q,p> > w_c beta V_p V_q,  |Y| > |X|
       (2) G_0 = w_c sum beta V_p V_q per area of a plane, over the bonds that cross it      from the fracture energy G_0
-    w is the law's (ConstitutiveLaw::bond_energy), beta the share of the neighbour's volume that counts. (2) is summed over
-    the lattice midway between two layers; with many neighbours it is their w_c = 4 G_0/(pi delta^4).
+    w is the law's (ConstitutiveLaw::bond_energy; with the share of ghosts where surface = "ghost"), beta the share of the
+    neighbour's volume that counts. (2) is summed over the lattice midway between two layers; with many neighbours it is their
+    w_c = 4 G_0/(pi delta^4).
     Each bond costs the same whatever its length and weight, so that long bonds of a falling influence stretch further than
     short ones before they break: a crack keeps a bridge of them behind it. In the plate of tests/verification/test_fracture.py
     that slows pd_elastic's crack with its default influence ("linear") to 0.49 and, on the finer lattice, 0.38 of the Rayleigh

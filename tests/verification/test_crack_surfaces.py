@@ -134,11 +134,13 @@ def test_halves_slide_past_each_other(path: str) -> None:
 
 @pytest.mark.parametrize("path", ["particle", "fragment"])
 @pytest.mark.parametrize("law", ["pd_bond", "pd_elastic", "pd_lps"])
-def test_breaking_up_keeps_momentum(law: str, path: str) -> None:
-    """D8c: a spinning, stretching bar breaks by itself; D8d: nothing is lost on the way."""
+@pytest.mark.parametrize("safety", [0.5, 0.25])
+def test_breaking_up_keeps_momentum(law: str, path: str, safety: float) -> None:
+    """D8c: a stretching, flying bar breaks by itself; D8d: nothing is lost on the way. The energy's swing is that of an explicit
+    step: of first order in it."""
     tree = scene({"type": law, "youngs_modulus": YOUNG}, box([0, 0, 0], [1.6, 0.4, 0.4]), SPACING)
     tree["material"]["m"] |= {"fracture": {"type": "critical_stretch", "critical_stretch": 0.05}, "crack_surface": path}
-    tree["simulation"]["safety"] = 0.5  # the swing of an explicit step grows with it
+    tree["simulation"]["safety"] = safety
     sim = perimpm.Simulation(tree, threads=1)
     x = sim.particles["x"]
     sim.particles["v"][:, 0] = 0.25 * WAVE * np.sign(x[:, 0] - 0.8) * (np.abs(x[:, 0] - 0.8) > 0.2)
@@ -146,14 +148,14 @@ def test_breaking_up_keeps_momentum(law: str, path: str) -> None:
     scale, before = momentum_scale(sim), np.array(sim.ledger.momentum)
     mass = float(np.sum(sim.particles["mass"]))
     totals = []
-    for _ in range(60):
-        sim.step(5)
+    for _ in range(300):
+        sim.step(1)
         totals.append(sim.ledger.kinetic + sim.ledger.elastic)
     drift = float(np.max(np.abs(np.array(sim.ledger.momentum) - before))) / scale
     growth = float(np.max(np.array(totals) - np.minimum.accumulate(totals))) / totals[0]
     print(f"\n{law}, {path}: {len(sim.fragments)} pieces, momentum {drift:.1e}, energy grows by {growth:.1e}, ends at {totals[-1] / totals[0]:.3f}")
     assert len(sim.fragments) > 1
     assert drift <= 1e-10
-    assert growth <= 0.01
+    assert growth <= 0.024 * safety
     assert totals[-1] < totals[0]
     assert sum(f.mass for f in sim.fragments) == pytest.approx(mass, rel=1e-12)

@@ -47,8 +47,9 @@ def mixed() -> Tree:
     return scene(laws, bodies, H, dx=DX, precision="float")
 
 
-def breaking(transfer: str, law: Tree = PD_BOND, fracture: Tree | None = None) -> Tree:
+def breaking(transfer: str, law: Tree = PD_BOND, fracture: Tree | None = None, **material: Any) -> Tree:
     tree = block_of(law, transfer={"type": transfer})
+    tree["material"]["m"] |= material
     tree["material"]["m"]["fracture"] = fracture or {"type": "critical_stretch", "critical_stretch": 0.02}
     return tree
 
@@ -80,6 +81,9 @@ SCENES = {
     "mixed, colliders": lambda: thrown(mixed(), [*COMMON, "body"], collider=[FLOOR, BALL]),
     "fracture": lambda: thrown(breaking("apic"), [*COMMON, "broken_bonds"], collider=[FLOOR]),
     "plane_cut, other bodies": lambda: thrown(pieces(), [*COMMON, "fragment"], collider=[FLOOR, BALL]),
+    "fracture in fields": lambda: thrown(
+        breaking("apic", crack_surface="fragment"), [*COMMON, "broken_bonds"], collider=[FLOOR]
+    ),
     "fracture by energy": lambda: thrown(
         breaking("apic", PD_ELASTIC, {"type": "energy", "fracture_energy": 0.5}),
         [*COMMON, "broken_bonds"],

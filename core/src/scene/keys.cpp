@@ -99,9 +99,8 @@ constexpr ParamSpec kMaterialTable[] = {
      .choices = "particle|fragment|grid",
      .doc =
          "how particles with broken bonds move: by the forces of their own bonds and by contact, so that the two sides "
-         "of a crack part; with their fragment; or on one grid with everything else, which holds fragments together. "
-         "The "
-         "first two give each fragment a velocity field of its own"},
+         "of a crack part; with their fragment; or on one grid with everything else, which holds fragments together; "
+         "fragments of a solid have velocity fields of their own unless it is \"grid\""},
 };
 constexpr ParamSpec kBodyTable[] = {
     {.key = "name", .kind = text, .optional = true, .doc = "default: body N"},

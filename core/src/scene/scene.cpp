@@ -170,6 +170,8 @@ std::vector<MaterialSpec> read_materials(const Value& table) {
         material.crack_surface = crack_surface == "grid"       ? CrackSurface::grid
                                  : crack_surface == "fragment" ? CrackSurface::fragment
                                                                : CrackSurface::particle;
+        const Value* given = value.find("crack_surface");
+        material.crack_surface_place = given ? given->place : value.place;
         if (r.given("pieces")) {
             if (!r.given("fracture"))
                 r.fail("pieces", "says where bonds break, but without 'fracture' none does: add a criterion");

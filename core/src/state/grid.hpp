@@ -30,7 +30,7 @@ struct BlockRange {
 struct SharedBlock {
     static constexpr std::uint32_t kNone = ~0u;
     std::uint32_t block;
-    std::uint32_t beside[3][2];  ///< the blocks of its field below and above along each axis; kNone
+    std::uint32_t beside[3][2] = {};  ///< the blocks of its field below and above along each axis; kNone
 };
 
 /// Sparse grid: only blocks that some particle can reach exist. Nodes of a block: z fastest, four numbers each
@@ -66,7 +66,8 @@ public:
     Real* increment(std::uint32_t number) { return increments_.data() + 4 * std::size_t{number}; }
     std::size_t bytes() const {
         return values_.bytes() + increments_.bytes() + next_values_.bytes() + next_increments_.bytes() +
-               images_.capacity() * sizeof(NodeImage);
+               images_.capacity() * sizeof(NodeImage) + shared_.capacity() * sizeof(SharedBlock) +
+               4 * shared_begin_.capacity();
     }
 
     /// Adds a tile to the blocks it overlaps; `second`: the increments.

@@ -262,6 +262,17 @@ void create_candidate_buffers(World<Real>& w) {
     }
 }
 
+template <class Real>
+void refuse_crack_surface(const Material<Real>& m, const MaterialSpec& spec, bool parts) {
+    const bool fields_only = spec.crack_surface == CrackSurface::fragment;
+    if (spec.crack_surface == CrackSurface::particle || (parts && (m.dimension == 3 || !fields_only))) return;
+    throw InputError(spec.crack_surface_place.text(),
+                     fmt::format("'crack_surface' of material '{}' has nothing to act on: {}", spec.name,
+                                 parts ? "\"fragment\" is for solids"
+                                       : "no bond of it can break on a grid; it needs a bond law, "
+                                         "'fracture' or a [[crack]], and a transfer with a grid"));
+}
+
 /// Which materials' cracks leave the grid, and the contact of their surfaces: as stiff as a fourth of the material's own
 /// layer of particles, E h for a spring across it, for each of about four that touch.
 template <class Real>
@@ -273,8 +284,9 @@ void prepare_crack_surfaces(World<Real>& w) {
         m.contact_stiffness = 0.25 * m.density * speed * speed * m.spacing;
         const CrackSurface way = w.scene.materials[m.number].crack_surface;
         const bool parts = m.can_break() && w.transfer_needs.grid;
+        refuse_crack_surface(m, w.scene.materials[m.number], parts);
         m.frees_crack_surfaces = parts && !m.force.empty() && way == CrackSurface::particle;
-        m.parts_fragments = parts && way != CrackSurface::grid;
+        m.parts_fragments = parts && m.dimension == 3 && way != CrackSurface::grid;
     }
     measure_crack_bound(w);
 }

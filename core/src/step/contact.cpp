@@ -79,20 +79,12 @@ const Material<Real>& material_of(const World<Real>& w, std::size_t particle) {
                          [&](const Material<Real>& m) { return particle < m.begin + m.size; });
 }
 
-/// Whether a bond joins two particles of a body, `apart` from each other at the start. Only bonds whose ends have both lost
-/// some can be broken.
+/// The particles of the material that whole bonds join to its particle p, ascending.
 template <class Real>
-bool bonded(const Material<Real>& m, std::uint32_t p, std::uint32_t q, double apart) {
-    constexpr double kRounding = 1e-5;
-    if (apart > m.needs.horizon * (1 + kRounding)) return false;
-    const std::uint32_t* damage = m.bonds.damage.data();
-    const std::uint32_t* row = m.bonds.row.data();
-    if (damage[p] == 0 || damage[q] == 0) return true;
-    if (damage[p] == row[p + 1] - row[p] || damage[q] == row[q + 1] - row[q]) return false;
-    const std::uint32_t* end = m.bonds.neighbour.data() + row[p + 1];
-    const std::uint32_t* found = std::lower_bound(m.bonds.neighbour.data() + row[p], end, q);
-    return found != end && *found == q &&
-           !m.bonds.is_broken(static_cast<std::uint32_t>(found - m.bonds.neighbour.data()));
+void list_bonded(const Material<Real>& m, std::size_t p, std::vector<std::uint32_t>& bonded) {
+    bonded.clear();
+    for (std::uint32_t slot = m.bonds.row[p]; slot < m.bonds.row[p + 1]; ++slot)
+        if (!m.bonds.is_broken(slot)) bonded.push_back(m.bonds.neighbour[slot]);
 }
 
 template <class Real>
@@ -105,16 +97,15 @@ Vec3 start_of(const Material<Real>& m, std::uint32_t p) {
     return {static_cast<double>(X[0]), static_cast<double>(X[1]), static_cast<double>(X[2])};
 }
 
-/// Distance below which two particles repel each other [m]; 0 where a bond joins them. Particles that were bonded repel each
-/// other below their distance at the start at most: a crack that has not opened pushes nothing.
+/// Distance below which two particles that no bond joins repel each other [m]: of one body, their distance at the start at
+/// most, so that a crack that has not opened pushes nothing.
 template <class Real>
 double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n, std::size_t q) {
     const double touching = 0.5 * (m.spacing + n.spacing);
     if (&m != &n) return touching;
     const auto own = static_cast<std::uint32_t>(p - m.begin), other = static_cast<std::uint32_t>(q - m.begin);
-    if (!m.has_bonds() || !m.same_body(own, other)) return touching;
-    const double apart = (start_of(m, other) - start_of(m, own)).norm();
-    return bonded(m, own, other, apart) ? 0 : std::min(touching, apart);
+    if (!m.same_body(own, other)) return touching;
+    return std::min(touching, (start_of(m, other) - start_of(m, own)).norm());
 }
 
 /// What particle p, which is at a crack's surface, may touch.
@@ -124,6 +115,7 @@ void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<R
     const Material<Real>& m = material_of(w, p);
     const Vec3 at = place_of(w, p);
     const std::size_t before = found.other.size();
+    list_bonded(m, p - m.begin, found.bonded);
     for_each_around(cell_of(w, p, cells.width), [&](std::uint64_t key) {
         const std::size_t bucket = hash(key) & cells.mask;
         for (std::uint32_t k = cells.begin[bucket]; k < cells.begin[bucket + 1]; ++k) {
@@ -135,8 +127,8 @@ void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<R
             double apart2 = 0;
             for (int c = 0; c < 3; ++c) apart2 += std::pow(static_cast<double>(entry.x[c]) - at[c], 2);
             if (apart2 >= near * near) continue;
+            if (&m == &n && std::binary_search(found.bonded.begin(), found.bonded.end(), q - m.begin)) continue;
             const double reach = reach_of(m, p, n, q);
-            if (reach == 0) continue;
             found.other.push_back(entry.particle);
             found.reach.push_back(static_cast<Real>(reach));
             found.stiffness.push_back(static_cast<Real>(2 * m.contact_stiffness * n.contact_stiffness /

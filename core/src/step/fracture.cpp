@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 
 #include "step/stages.hpp"
 
@@ -86,7 +85,7 @@ void fracture(World<Real>& w, Material<Real>& m) {
     const std::vector<std::size_t> changed = cut(m);
     if (changed.empty()) return;
     w.contact.valid = false;
-    if (m.parts_fragments) w.fields.is_stale = true, w.drift = std::numeric_limits<double>::infinity();  // sorts next
+    w.fields.is_stale = w.fields.is_stale || m.parts_fragments;
     w.has_crack_surfaces = w.has_crack_surfaces || m.frees_crack_surfaces;
     renew(w, m, changed, is_first);
 }

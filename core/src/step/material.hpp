@@ -40,7 +40,7 @@ struct Material {
     double lightness = 1;               ///< wave speed over that of its density, where masses or volumes were written
     double contact_stiffness = 0;       ///< of two of its particles that touch [N/m]
     bool frees_crack_surfaces = false;  ///< particles with broken bonds leave the grid
-    bool parts_fragments = false;       ///< once bonds broke, each of its fragments has a velocity field of its own
+    bool parts_fragments = false;       ///< fragments of bodies in pieces have velocity fields of their own
 
     std::vector<StateField<Real>> particle_state;
     std::vector<AlignedArray<Real>> bond_state;

@@ -144,7 +144,8 @@ private:
     }
 
     void prepare_scatter() {
-        if (world.drift > sort_margin(world.transfer_needs.order) * world.spacing())
+        const bool parted = world.fields.is_stale && has_own_fields(world) && find_owners(world);
+        if (parted || world.drift > sort_margin(world.transfer_needs.order) * world.spacing())
             world.timer("sort", [&] { sort_particles(world); });
         compute_bond_forces(world);  // 7 of the last step
         if (world.has_crack_surfaces) world.timer("contact of crack surfaces", [&] { apply_contact(world); });

@@ -23,6 +23,9 @@ void scatter(World<Real>& w);
 /// Nodes behind mirrors and periodic borders give mass and momentum to the nodes that they are images of.
 template <class Real>
 void fold_images(World<Real>& w);
+/// Whose velocity fields there are, after bonds broke; false: as before.
+template <class Real>
+bool find_owners(World<Real>& w);
 /// After a sort has found blocks: the numbers of velocity fields, into the keys of the blocks of w.sort.
 template <class Real>
 void assign_fields(World<Real>& w);

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
+#include <iterator>
 #include <span>
 
 #include "perimpm/error.hpp"
@@ -14,29 +15,20 @@ namespace perimpm {
 
 namespace {
 
-constexpr std::uint32_t kDust = 8;  ///< fragments of fewer particles share one field: they are no solids
+constexpr std::uint32_t kDust = 27;  ///< fragments of fewer particles share one field: a grid sees no solid in them
 
-/// Numbers the owners of fields: common first, then fragments from the largest on, those of equal size by their least id;
-/// last what is smaller than kDust.
-template <class Real>
-void find_owners(World<Real>& w) {
-    VelocityFields<Real>& f = w.fields;
-    const std::vector<std::uint32_t> label = label_fragments(w);
-    std::vector<std::uint32_t> size(w.count, 0), number(w.count), labels;
-    const auto for_each_owned = [&](auto body) {
-        for (const Material<Real>& m : w.materials)
-            for (std::size_t p = m.begin; m.has_own_fields() && p < m.begin + m.size; ++p) body(p);
-    };
-    for_each_owned([&](std::size_t p) {
-        if (size[label[p]]++ == 0) labels.push_back(label[p]);
-    });
-    std::sort(labels.begin(), labels.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::pair(size[b], a) < std::pair(size[a], b); });
-    std::uint32_t count = 1;
-    for (const std::uint32_t each : labels) number[each] = size[each] < kDust ? count : count++;
-    f.owner.assign(w.count, 0);
-    for_each_owned([&](std::size_t p) { f.owner[p] = number[label[p]]; });
-    f.owners.resize(count + 1);
+/// Calls body(particle) for those of bodies that are in pieces.
+template <class Real, class Body>
+void for_each_owned(const World<Real>& w, Body body) {
+    const std::uint32_t* label = w.fields.label.data();
+    for (const Material<Real>& m : w.materials)
+        for (std::size_t k = 0; m.has_own_fields() && k < m.bodies.size(); ++k) {
+            const std::size_t begin = m.begin + m.bodies[k],
+                              end = m.begin + (k + 1 < m.bodies.size() ? m.bodies[k + 1] : m.size);
+            const auto is_other = [&](std::uint32_t fragment) { return fragment != label[begin]; };
+            if (std::none_of(label + begin, label + end, is_other)) continue;
+            for (std::size_t p = begin; p < end; ++p) body(p);
+        }
 }
 
 template <class Real>
@@ -77,7 +69,8 @@ double tail(std::uint32_t order, double t) {
 
 /// How far a body's surface is ahead of a node [cells], by what it fills of it and how fast that grows towards the body. Of
 /// a flat surface at d the node has the share f(d), the integral of the spline from d on, and central differences see
-/// (f(d - 1) - f(d + 1))/2: their ratio grows with d and does not depend on how far the body reaches sideways.
+/// (f(d - 1) - f(d + 1))/2: their ratio grows with d and does not depend on how far the body reaches sideways. A body thinner
+/// than the spline seems nearer than it is.
 class SurfaceAhead {
 public:
     explicit SurfaceAhead(std::uint32_t order) : reach_{0.5 * (order + 1)} {
@@ -100,28 +93,6 @@ private:
     double reach_, ratios_[kSteps];
 };
 
-/// Momentum of a node with what forces add to it, and its mass.
-template <class Real>
-struct NodeOf {
-    Real *momentum, *change;  ///< change: where an impulse goes
-    Real mass;
-
-    NodeOf(World<Real>& w, const SharedBlock& s, int n)
-        : momentum{w.grid.nodes(s.block) + 4 * n},
-          change{w.transfer_needs.increment ? w.grid.increments(s.block) + 4 * n : momentum},
-          mass{momentum[3]} {}
-    Vec3 velocity() const {
-        Vec3 v;
-        for (int c = 0; c < 3; ++c)
-            v[c] = static_cast<double>(change == momentum ? momentum[c] : momentum[c] + change[c]) /
-                   static_cast<double>(mass);
-        return v;
-    }
-    void push(const Vec3& impulse) {
-        for (int c = 0; c < 3; ++c) change[c] += static_cast<Real>(impulse[c]);
-    }
-};
-
 /// Gradient of a field's mass, by central differences, over its mass at the node [1/cells].
 template <class Real>
 Vec3 gradient(World<Real>& w, const SharedBlock& s, int n) {
@@ -142,30 +113,71 @@ Vec3 gradient(World<Real>& w, const SharedBlock& s, int n) {
     return g / static_cast<double>(w.grid.nodes(s.block)[4 * n + 3]);
 }
 
+/// Of node n of a place, the fields that have mass there.
+template <class Real>
+void find_present(World<Real>& w, std::span<const SharedBlock> here, int n, std::vector<FieldAtNode<Real>>& present) {
+    present.clear();
+    for (const SharedBlock& s : here) {
+        Real* node = w.grid.nodes(s.block) + 4 * n;
+        if (!(node[3] > 0)) continue;
+        Real* impulse = w.transfer_needs.increment ? w.grid.increments(s.block) + 4 * n : nullptr;
+        FieldAtNode<Real> field{
+            .shared = &s, .mass = static_cast<double>(node[3]), .momentum = impulse ? impulse : node};
+        for (int c = 0; c < 3; ++c)
+            field.velocity[c] = static_cast<double>(impulse ? node[c] + impulse[c] : node[c]) / field.mass;
+        present.push_back(field);
+    }
+}
+
 /// Two fields that touch at a node lose what they approach each other by, along a normal that is one for both; impulses are
 /// equal and opposite.
 template <class Real>
-void resolve_pair(World<Real>& w, const SurfaceAhead& surface, const SharedBlock& a, const SharedBlock& b, int n) {
-    NodeOf<Real> one(w, a, n), other(w, b, n);
-    if (!(one.mass > 0 && other.mass > 0)) return;
-    const double m = static_cast<double>(one.mass), M = static_cast<double>(other.mass);
-    const double full = static_cast<double>(w.fields.full_mass[a.block]),
-                 other_full = static_cast<double>(w.fields.full_mass[b.block]);
-    const Vec3 slope = gradient(w, a, n), other_slope = gradient(w, b, n);
-    const Vec3 normal = (other_slope * (M / other_full) - slope * (m / full)).stableNormalized();
-    if (surface(-slope.dot(normal)) + surface(other_slope.dot(normal)) > 0) return;
-    const double approach = normal.dot(one.velocity() - other.velocity());
-    if (!(approach > 0)) return;
-    const Vec3 impulse = m * M / (m + M) * approach * normal;
-    one.push(-impulse), other.push(impulse);
+void resolve_pair(World<Real>& w, const SurfaceAhead& surface, int n, FieldAtNode<Real>& a, FieldAtNode<Real>& b) {
+    const Vec3 relative = a.velocity - b.velocity;
+    if (relative.isZero(0)) return;
+    for (FieldAtNode<Real>* field : {&a, &b})
+        if (!std::exchange(field->has_slope, true)) field->slope = gradient(w, *field->shared, n);
+    const auto share = [&](const FieldAtNode<Real>& field) {
+        return field.mass / static_cast<double>(w.fields.full_mass[field.shared->block]);
+    };
+    const Vec3 normal = (share(b) * b.slope - share(a) * a.slope).stableNormalized();
+    const double approach = normal.dot(relative);
+    if (!(approach > 0) || surface(-a.slope.dot(normal)) + surface(b.slope.dot(normal)) > 0) return;
+    const Vec3 impulse = a.mass * b.mass / (a.mass + b.mass) * approach * normal;
+    a.velocity -= impulse / a.mass, b.velocity += impulse / b.mass;
+    for (int c = 0; c < 3; ++c)
+        a.momentum[c] -= static_cast<Real>(impulse[c]), b.momentum[c] += static_cast<Real>(impulse[c]);
 }
 
 }  // namespace
 
+/// Owners: the common field's, then fragments from the largest on, those of equal size by their least id; last all that are
+/// smaller than kDust.
+template <class Real>
+bool find_owners(World<Real>& w) {
+    VelocityFields<Real>& f = w.fields;
+    f.is_stale = false;
+    std::vector<std::uint32_t> label = label_fragments(w);
+    if (label == f.label) return false;
+    f.label = std::move(label);
+    std::vector<std::uint32_t> size(w.count, 0), number(w.count), labels;
+    for_each_owned(w, [&](std::size_t p) {
+        if (size[f.label[p]]++ == 0) labels.push_back(f.label[p]);
+    });
+    std::sort(labels.begin(), labels.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(size[b], a) < std::pair(size[a], b); });
+    std::uint32_t count = 1;
+    for (const std::uint32_t each : labels) number[each] = size[each] < kDust ? count : count++;
+    f.owner.assign(w.count, 0);
+    for_each_owned(w, [&](std::size_t p) { f.owner[p] = number[f.label[p]]; });
+    f.owners.resize(count + 1);
+    return true;
+}
+
 template <class Real>
 void assign_fields(World<Real>& w) {
     VelocityFields<Real>& f = w.fields;
-    if (std::exchange(f.is_stale, false)) find_owners(w);
+    if (f.is_stale) find_owners(w);
     find_blocks_of_owners(w);
     for (std::vector<std::uint64_t>& blocks : f.occupied) blocks.clear();
     for (FieldOwner& one : f.owners) {
@@ -174,12 +186,14 @@ void assign_fields(World<Real>& w) {
         if (one.field == kMostFields)
             throw SimulationError(
                 fmt::format("more than {} fragments are near each other: too many velocity fields\n  "
-                            "use crack_surface = \"particle\"",
+                            "use crack_surface = \"grid\"",
                             kMostFields));
         if (one.field == f.occupied.size()) f.occupied.emplace_back();
         std::vector<std::uint64_t>& blocks = f.occupied[one.field];
-        blocks.insert(blocks.end(), one.blocks.begin(), one.blocks.end());
-        sort_unique(blocks);
+        f.merged.clear();
+        std::set_union(blocks.begin(), blocks.end(), one.blocks.begin(), one.blocks.end(),
+                       std::back_inserter(f.merged));
+        std::swap(blocks, f.merged);
     }
     for (std::size_t p = 0; p < w.count; ++p)
         w.sort.block[p] |= std::uint64_t{f.owners[f.owner[p]].field} << kFieldShift;
@@ -204,12 +218,18 @@ void resolve_field_contact(World<Real>& w) {
     const SurfaceAhead surface(w.transfer_needs.order);
     w.threads.run(begin.size() - 1, [&](std::size_t k) {
         const std::span<const SharedBlock> here(w.grid.shared().data() + begin[k], begin[k + 1] - begin[k]);
-        for (int n = 0; n < kNodesPerBlock; ++n)
-            for (std::size_t a = 0; a < here.size(); ++a)
-                for (std::size_t b = a + 1; b < here.size(); ++b) resolve_pair(w, surface, here[a], here[b], n);
+        std::vector<FieldAtNode<Real>>& present = w.own_scratch().present;
+        for (int n = 0; n < kNodesPerBlock; ++n) {
+            find_present(w, here, n, present);
+            for (std::size_t a = 0; a < present.size(); ++a)
+                for (std::size_t b = a + 1; b < present.size(); ++b)
+                    resolve_pair(w, surface, n, present[a], present[b]);
+        }
     });
 }
 
+template bool find_owners(World<float>&);
+template bool find_owners(World<double>&);
 template void assign_fields(World<float>&);
 template void assign_fields(World<double>&);
 template void prepare_field_contact(World<float>&);

@@ -68,6 +68,7 @@ struct Scratch {
     AlignedArray<BondCandidate> candidates;
     AlignedArray<Real> own_energy, other_energy;  ///< criteria that ask for them: of a chunk's bonds
     NearObstacles near;
+    std::vector<FieldAtNode<Real>> present;  ///< velocity fields at a node
 };
 
 /// Wall time of the passes of a step, in order of first use.

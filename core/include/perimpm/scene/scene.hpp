@@ -17,8 +17,8 @@ namespace perimpm {
 enum class Precision { single_, double_ };
 enum class Face { sticky, slip, separate, open, symmetry, periodic };
 enum class Contact { sticky, slip, separate };
-/// How particles with broken bonds move: by their own forces; on the grid with everything else; with their fragment, whose
-/// velocity field is its own unless it is `grid`.
+/// How particles with broken bonds move: by their own forces; on the grid with everything else; with their fragment. Unless
+/// it is `grid`, fragments have velocity fields of their own.
 enum class CrackSurface { particle, grid, fragment };
 
 /// A model as a scene names it, checked against the model's declared parameters.
@@ -57,6 +57,7 @@ struct MaterialSpec {
     ModelSpec law;
     ModelSpec criterion;  ///< params null: nothing breaks
     CrackSurface crack_surface = CrackSurface::particle;
+    Place crack_surface_place;
     std::uint32_t pieces = 0;  ///< Voronoi pieces of each body, between which alone bonds break; 0: anywhere
     std::uint64_t pieces_seed = 1;
 };
