@@ -60,6 +60,9 @@ void open_cracks(World<Real>& w) {
     if (w.scene.cracks.empty()) return;
     w.has_crack_surfaces = std::any_of(w.materials.begin(), w.materials.end(),
                                        [](const Material<Real>& m) { return m.frees_crack_surfaces; });
+    for (const Material<Real>& m : w.materials)
+        for (std::size_t p = 0; p < m.size; ++p)
+            for (std::size_t c = 0; m.is_free(p) && c < w.C.components(); ++c) w.C[c][m.begin + p] = 0;
     for (Material<Real>& m : w.materials)
         if (m.has_bonds()) for_each_chunk(w, m, [&](std::size_t, Block<Real>& b) { m.law->renew(b); });
 }

@@ -32,9 +32,12 @@ void screen(World<Real>& w, Material<Real>& m) {
 template <class Real>
 std::vector<std::size_t> cut(Material<Real>& m) {
     std::vector<std::size_t> changed;
+    m.freed.clear();
     for (const auto [p, slot] : m.cuts) {
         const std::uint32_t q = m.bonds.neighbour[slot];
         if (!m.may_part(p, q)) continue;
+        for (const std::uint32_t end : {p, q})
+            if (m.bonds.damage[end] == 0) m.freed.push_back(end);
         const bool first = m.bonds.break_direction(p, slot);
         const bool second = m.bonds.break_direction(q, m.bonds.opposite(p, slot));
         if (first) changed.push_back(p / kChunk);
@@ -85,6 +88,7 @@ void fracture(World<Real>& w, Material<Real>& m) {
     const std::vector<std::size_t> changed = cut(m);
     if (changed.empty()) return;
     w.contact.valid = false;
+    leave_grid(w, m, m.freed);
     w.fields.is_stale = w.fields.is_stale || m.parts_fragments;
     w.has_crack_surfaces = w.has_crack_surfaces || m.frees_crack_surfaces;
     renew(w, m, changed, is_first);

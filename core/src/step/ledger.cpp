@@ -3,9 +3,6 @@
 
 namespace perimpm {
 
-namespace {
-
-/// Spin that a particle's affine velocity field carries: m e_ijk B_kj (Jiang et al. 2015, section 5.3.1).
 template <class Real>
 Vec3 affine_spin(const World<Real>& w, std::size_t p) {
     constexpr double kMoment[] = {0, kCarriedMoment<1>, kCarriedMoment<2>, kCarriedMoment<3>};
@@ -13,8 +10,6 @@ Vec3 affine_spin(const World<Real>& w, std::size_t p) {
     return static_cast<double>(w.mass[p]) * kMoment[w.transfer_needs.order] * w.spacing() * w.spacing() *
            Vec3(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
 }
-
-}  // namespace
 
 template <class Real>
 Ledger take_ledger(World<Real>& w) {
@@ -45,6 +40,8 @@ Ledger take_ledger(World<Real>& w) {
     return l;
 }
 
+template Vec3 affine_spin(const World<float>&, std::size_t);
+template Vec3 affine_spin(const World<double>&, std::size_t);
 template Ledger take_ledger(World<float>&);
 template Ledger take_ledger(World<double>&);
 

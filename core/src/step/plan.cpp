@@ -120,8 +120,10 @@ private:
             w_.defers_gather ? "before a step that may sort, or when the state is looked at" : kEachStep;
         const Names transfer{w_.scene.transfer.type};
         pass("time step", fmt::format("every {} steps", kMeasureInterval), measured(), {"dt"}, laws());
-        pass("sort", fmt::format("when particles moved {:g} cells", sort_margin(w_.transfer_needs.order)), {"x"},
-             {"order"});
+        pass("sort",
+             fmt::format("when particles moved {:g} cells{}", sort_margin(w_.transfer_needs.order),
+                         parts_fragments(w_) ? ", or something parted" : ""),
+             {"x"}, {"order"});
         add_bond_pass();
         Names reads{"x", "v", "mass"}, models = local_laws_;
         if (affine) reads.push_back("C");

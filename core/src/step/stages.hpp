@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "step/world.hpp"
 
 namespace perimpm {
@@ -68,6 +70,13 @@ template <class Real>
 void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b);
 template <class Real>
 void fracture(World<Real>& w, Material<Real>& m);
+/// Angular momentum that a particle's affine velocity field carries: m e_ijk B_kj (Jiang et al. 2015, section 5.3.1).
+template <class Real>
+Vec3 affine_spin(const World<Real>& w, std::size_t p);
+/// The material's particles that lost their first bond leave the grid: their families take over what their affine velocity
+/// fields carry.
+template <class Real>
+void leave_grid(World<Real>& w, Material<Real>& m, std::span<const std::uint32_t> particles);
 /// Particles at crack surfaces move by the forces of their own bonds.
 template <class Real>
 void move_crack_surfaces(World<Real>& w);
