@@ -99,7 +99,7 @@ class Simulation:
         """Prescribes the velocity of the particles of a region, before the first step.
 
         velocity : three components [m/s], each a number or "free"; or a function f(X, t) of the particles' positions
-            X, shape (n, 3), as they are now, that returns velocities of shape (n, 3) or (3,). NaN leaves a component
+            X, shape (n, 3), as they are at this call, that returns velocities of shape (n, 3) or (3,). NaN leaves a component
             free. It is called once per step with all particles of the region.
         region : keys of [[condition]]: shape, body, material, name; times and factors.
         """

@@ -85,7 +85,10 @@ public:
         const Lame<double> lame(inner_.moduli.youngs_modulus, inner_.moduli.poisson_ratio);
         modulus_ = lame.lambda + 2 * lame.mu;
         if (strength_ > 0 && !std::isfinite(modulus_))
-            throw InvalidParameter("law", "does not say how stiff it is: set stabilisation = 0");
+            throw InvalidParameter(
+                "law",
+                "does not say how stiff it is, which stabilisation needs: let the law declare its moduli, "
+                "or set stabilisation = 0");
         if (inner_.flows) fields_.push_back(kElasticPart);
         if (!grid_) force_state_ = add(kForceState), stress_ = add(kStressField);
         first_inner_ = static_cast<std::uint32_t>(fields_.size());

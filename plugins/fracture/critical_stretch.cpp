@@ -58,7 +58,9 @@ public:
 
 private:
     static double stretch_of(const Params& p) {
-        if (p.given("critical_stretch") == p.given("fracture_energy"))
+        if (p.given("critical_stretch") && p.given("fracture_energy"))
+            throw InvalidParameter("critical_stretch", "contradicts fracture_energy: give one of the two");
+        if (!p.given("critical_stretch") && !p.given("fracture_energy"))
             throw InvalidParameter("critical_stretch", "or 'fracture_energy' [J/m^2] is required: give one of the two");
         if (p.given("critical_stretch")) return p["critical_stretch"];
         const double opening = p.context().opening_energy;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <type_traits>
 
 #include "perimpm/error.hpp"
 #include "step/stages.hpp"
@@ -73,10 +74,10 @@ Relaxation relax(World<Real>& w, double residual, std::uint64_t most_steps, cons
         before = stopped ? 0 : speed2;
         if (stopped) stop(w);
     }
-    throw SimulationError(fmt::format(
-        "no equilibrium within {} steps: the residual is {:g}, asked was {:g}\n  give more steps, or double "
-        "precision for residuals below 1e-3",
-        most_steps, reached, residual));
+    const char* const way =
+        std::is_same_v<Real, float> && residual < 1e-3 ? "precision = \"double\"" : "more steps or a larger residual";
+    throw SimulationError(fmt::format("no equilibrium within {} steps: the residual is {:g}, asked was {:g}\n  give {}",
+                                      most_steps, reached, residual, way));
 }
 
 template Relaxation relax(World<float>&, double, std::uint64_t, const std::function<void()>&);

@@ -29,9 +29,9 @@ constexpr ParamSpec surface_param(const char* standard) {
             .default_text = standard,
             .choices = "none|family|moment|ghost",
             .doc =
-                "how bonds of particles near a surface make up for missing neighbours: not at all, by one factor per "
-                "family, by a factor per bond that makes the family's stiffness as nearly isotropic as can be, or "
-                "with ghost particles"};
+                "how particles near a surface make up for missing neighbours: not at all, by one factor per family, by "
+                "a factor per bond that makes the family's stiffness as nearly isotropic as can be (inside bodies, "
+                "too, where the others leave the lattice's own), or with ghost particles"};
 }
 inline Surface surface_of(const Params& p) {
     if (!p.is("surface", "ghost"))
@@ -39,7 +39,7 @@ inline Surface surface_of(const Params& p) {
                : p.is("surface", "family") ? Surface::family
                                            : Surface::none;
     if (p.context().dimension < 3)
-        throw InvalidParameter("surface", "\"ghost\" is for solids: sheets and strands are all surface");
+        throw InvalidParameter("surface", "\"ghost\" is for solids: sheets and strands take none, family or moment");
     return Surface::ghost;
 }
 /// Whether the two ends of a bond may give it weights that differ by more than their families' factors.
