@@ -34,7 +34,7 @@ void assign_fields(World<Real>& w);
 /// After a sort: what contact between fields must know of the blocks that they share.
 template <class Real>
 void prepare_field_contact(World<Real>& w);
-/// Velocity fields that approach each other where they fill a node exchange momentum.
+/// Velocity fields that approach each other where their surfaces meet exchange momentum.
 template <class Real>
 void resolve_field_contact(World<Real>& w);
 template <class Real>
