@@ -96,8 +96,8 @@ public:
     double max_wave_speed(const Block<Real>& b) const override {
         return std::sqrt(springs_.modulus_of_young() * youngs_modulus_ / density_) * largest_stretch(b);
     }
-    double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_constants[kStiffness], 1.0);
+    StableStep stable_step(const Block<Real>& b) const override {
+        return spring_bound(b, b.bond_constants[kStiffness], 1.0);
     }
 
     double energy(const Block<Real>& b) const override {

@@ -152,7 +152,7 @@ public:
 
     double max_wave_speed(const Block<Real>& b) const override { return law_->max_wave_speed(inner_block(b)); }
     /// By Cauchy's inequality (4) is at most the energy of springs (M |K^-1| + s) w V_p V_q of the families.
-    double stable_time_step(const Block<Real>& b) const override {
+    StableStep stable_step(const Block<Real>& b) const override {
         const double speed = max_wave_speed(b);
         double smallest = std::numeric_limits<double>::infinity();
         for (std::uint32_t i = 0; i < b.size; ++i) {
@@ -162,7 +162,7 @@ public:
                        (stiffness(b, b.first + i, speed) + stiffness(b, b.family.neighbour[slot], speed));
             if (sum > 0) smallest = std::min(smallest, std::sqrt(2 * static_cast<double>(b.mass[i]) / sum));
         }
-        return smallest;
+        return {smallest, smallest};
     }
 
     double energy(const Block<Real>& b) const override {

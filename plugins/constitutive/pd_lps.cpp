@@ -156,8 +156,8 @@ public:
         return std::sqrt((bulk_ + 2 * (d_ - 1) * shear_ / d_) / density_) * largest_stretch(b);
     }
     /// By Cauchy's inequality (3) is at most the energy of springs d^2 K S (d (d + 2) mu S where that is more) of the families.
-    double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_constants[kStiffness], std::max(d_ * d_ * bulk_, deviatoric()));
+    StableStep stable_step(const Block<Real>& b) const override {
+        return spring_bound(b, b.bond_constants[kStiffness], std::max(d_ * d_ * bulk_, deviatoric()));
     }
 
     double energy(const Block<Real>& b) const override {

@@ -1,5 +1,4 @@
 // The interfaces' virtual tables and type information live here, once, so that every plugin shares them.
-#include <limits>
 #include <stdexcept>
 
 #include "perimpm/model/constitutive_law.hpp"
@@ -12,8 +11,8 @@ template <class Real>
 ConstitutiveLaw<Real>::~ConstitutiveLaw() = default;
 
 template <class Real>
-double ConstitutiveLaw<Real>::stable_time_step(const Block<Real>&) const {
-    return std::numeric_limits<double>::infinity();
+StableStep ConstitutiveLaw<Real>::stable_step(const Block<Real>&) const {
+    return {};
 }
 
 template <class Real>

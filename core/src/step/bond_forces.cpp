@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "step/stages.hpp"
 
 namespace perimpm {
@@ -14,13 +16,14 @@ void pack_positions(World<Real>& w, Material<Real>& m) {
 template <class Real>
 void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<Real>& b) {
     m.law->evaluate(b, static_cast<Real>(w.dt));
-    if (m.criterion && m.needs.reports_stretch) m.stretch[chunk] = static_cast<double>(b.largest_stretch);
+    if (m.needs.reports_stretch) m.stretch[chunk] = static_cast<double>(b.largest_stretch);
 }
 
 /// Bond laws: family quantities, then forces; each particle writes only its own. Bonds break where their stretches are
 /// known, before the forces act.
 template <class Real>
 void compute_bond_forces(World<Real>& w) {
+    double stretch = 0;
     for (Material<Real>& m : w.materials) {
         if (!m.has_bonds()) continue;
         w.timer("bond forces", [&] {
@@ -29,7 +32,9 @@ void compute_bond_forces(World<Real>& w) {
             for_each_chunk(w, m, [&](std::size_t chunk, Block<Real>& b) { evaluate_bonds(w, m, chunk, b); });
         });
         if (m.criterion && (w.steps + 1) % m.criterion->interval() == 0) w.timer("fracture", [&] { fracture(w, m); });
+        if (m.needs.reports_stretch) stretch = std::max(stretch, *std::max_element(m.stretch.begin(), m.stretch.end()));
     }
+    w.extension = 1 - 1 / (1 + stretch);
 }
 
 template void pack_positions(World<float>&, Material<float>&);

@@ -223,6 +223,7 @@ void create_fields(World<Real>& w, Material<Real>& m) {
         m.stress = FieldArray<Real>(m.size, 6);
     else
         m.force = FieldArray<Real>(m.size, 3);
+    m.stretch.resize(m.chunks(), std::numeric_limits<double>::infinity());
     m.position = AlignedArray<Real>(4 * m.size), m.reference = AlignedArray<Real>(4 * m.size);
     for (std::size_t p = 0; p < m.size; ++p) {
         for (int c = 0; c < 3; ++c) m.position[4 * p + c] = m.reference[4 * p + c] = w.x[c][m.begin + p];
@@ -248,7 +249,6 @@ void create_candidate_buffers(World<Real>& w) {
         if (!m.criterion) continue;
         asks_energy = asks_energy || m.criterion->asks_bond_energy();
         m.found.resize(m.chunks());
-        m.stretch.resize(m.chunks(), std::numeric_limits<double>::infinity());
         m.touched.resize(m.chunks());
         for (std::size_t c = 0; c < m.chunks(); ++c)
             longest = std::max<std::size_t>(
@@ -288,7 +288,9 @@ void prepare_crack_surfaces(World<Real>& w) {
         m.frees_crack_surfaces = parts && !m.force.empty() && way == CrackSurface::particle;
         m.parts_fragments = parts && m.dimension == 3 && way != CrackSurface::grid;
     }
-    measure_crack_bound(w);
+    const bool may_touch =
+        std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.frees_crack_surfaces; });
+    for (Scratch<Real>& s : w.scratch) s.is_bonded.resize(may_touch ? w.count : 0);
 }
 
 template <class Real>
@@ -388,7 +390,9 @@ void build_world(World<Real>& w) {
     prepare_crack_surfaces(w);
     open_cracks(w);
     create_candidate_buffers(w);
-    measure_bounds(w);
+    measure_wave_speed(w);
+    measure_bond_steps(w);
+    measure_extension(w);
     w.dt = choose_time_step(w, 1.0 / w.scene.simulation.frame_rate);
     w.defers_gather = w.transfer_needs.grid && w.scene.conditions.empty() &&
                       std::none_of(w.materials.begin(), w.materials.end(), [](auto& m) { return m.has_bonds(); });

@@ -79,12 +79,12 @@ const Material<Real>& material_of(const World<Real>& w, std::size_t particle) {
                          [&](const Material<Real>& m) { return particle < m.begin + m.size; });
 }
 
-/// The particles of the material that whole bonds join to its particle p, ascending.
+/// By particle of the world: whether a whole bond joins it to particle p of the material.
 template <class Real>
-void list_bonded(const Material<Real>& m, std::size_t p, std::vector<std::uint32_t>& bonded) {
-    bonded.clear();
-    for (std::uint32_t slot = m.bonds.row[p]; slot < m.bonds.row[p + 1]; ++slot)
-        if (!m.bonds.is_broken(slot)) bonded.push_back(m.bonds.neighbour[slot]);
+void mark_bonded(const Material<Real>& m, std::size_t p, std::vector<char>& is_bonded, bool mark) {
+    const std::size_t own = p - m.begin;
+    for (std::uint32_t slot = m.bonds.row[own]; slot < m.bonds.row[own + 1]; ++slot)
+        is_bonded[m.begin + m.bonds.neighbour[slot]] = mark && !m.bonds.is_broken(slot);
 }
 
 template <class Real>
@@ -108,26 +108,28 @@ double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n,
     return std::min(touching, (start_of(m, other) - start_of(m, own)).norm());
 }
 
-/// What particle p, which is at a crack's surface, may touch.
+/// What particle p, which is at a crack's surface, may touch: of others at crack surfaces, those after it.
 template <class Real>
-void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<Real>& found) {
+void find_pairs(const World<Real>& w, std::size_t p, double skin, std::vector<char>& is_bonded,
+                ContactFinds<Real>& found) {
     const ContactCells<Real>& cells = w.contact.cells;
     const Material<Real>& m = material_of(w, p);
     const Vec3 at = place_of(w, p);
     const std::size_t before = found.other.size();
-    list_bonded(m, p - m.begin, found.bonded);
+    mark_bonded(m, p, is_bonded, true);
     for_each_around(cell_of(w, p, cells.width), [&](std::uint64_t key) {
         const std::size_t bucket = hash(key) & cells.mask;
         for (std::uint32_t k = cells.begin[bucket]; k < cells.begin[bucket + 1]; ++k) {
             const auto& entry = cells.entries[k];
             const std::size_t q = entry.particle;
-            if (entry.key != key || q == p) continue;
-            const Material<Real>& n = material_of(w, q);
-            const double near = 0.5 * (m.spacing + n.spacing) + skin;
+            if (entry.key != key || (cells.is_free[q] && q <= p)) continue;
             double apart2 = 0;
             for (int c = 0; c < 3; ++c) apart2 += std::pow(static_cast<double>(entry.x[c]) - at[c], 2);
+            if (apart2 >= cells.width * cells.width) continue;
+            const Material<Real>& n = material_of(w, q);
+            const double near = 0.5 * (m.spacing + n.spacing) + skin;
             if (apart2 >= near * near) continue;
-            if (&m == &n && std::binary_search(found.bonded.begin(), found.bonded.end(), q - m.begin)) continue;
+            if (is_bonded[q]) continue;
             const double reach = reach_of(m, p, n, q);
             found.other.push_back(entry.particle);
             found.reach.push_back(static_cast<Real>(reach));
@@ -135,6 +137,7 @@ void find_pairs(const World<Real>& w, std::size_t p, double skin, ContactFinds<R
                                                         (m.contact_stiffness + n.contact_stiffness)));
         }
     });
+    mark_bonded(m, p, is_bonded, false);
     found.count.push_back(static_cast<std::uint32_t>(found.other.size() - before));
 }
 
@@ -145,8 +148,7 @@ double widest_spacing(const World<Real>& w) {
     return widest;
 }
 
-/// Calls body(particle, other, reach, stiffness) for the pairs found, and for those of particles at crack surfaces with
-/// others also the other way round.
+/// Calls body(particle, other, reach, stiffness) for the pairs found, each both ways.
 template <class Real, class Body>
 void for_each_found(const ContactPairs<Real>& list, Body body) {
     const std::vector<std::uint32_t>& free = list.cells.free;
@@ -158,7 +160,7 @@ void for_each_found(const ContactPairs<Real>& list, Body body) {
             for (const std::size_t end = pair + count; pair < end; ++pair) {
                 const std::uint32_t q = found.other[pair];
                 body(p, q, found.reach[pair], found.stiffness[pair]);
-                if (!list.cells.is_free[q]) body(q, p, found.reach[pair], found.stiffness[pair]);
+                body(q, p, found.reach[pair], found.stiffness[pair]);
             }
         }
     }
@@ -176,7 +178,7 @@ void list_pairs(World<Real>& w) {
         ContactFinds<Real>& found = list.found[piece];
         found.clear();
         for (std::size_t k = piece * kChunk; k < std::min(free.size(), (piece + 1) * kChunk); ++k)
-            find_pairs(w, free[k], skin, found);
+            find_pairs(w, free[k], skin, w.own_scratch().is_bonded, found);
     });
     list.place.assign(w.count, 0);
     for_each_found(list, [&](std::uint32_t p, auto...) { ++list.place[p]; });

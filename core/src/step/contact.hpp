@@ -27,7 +27,6 @@ struct ContactFinds {
     std::vector<std::uint32_t> count;  ///< of pairs, by particle searched for
     std::vector<std::uint32_t> other;  ///< by pair, as the next two
     std::vector<Real> reach, stiffness;
-    std::vector<std::uint32_t> bonded;  ///< of the particle in hand: what it is bonded to
 
     void clear() { count.clear(), other.clear(), reach.clear(), stiffness.clear(); }
 };

@@ -55,7 +55,7 @@ struct Material {
     std::vector<std::vector<BondCandidate>> found;  ///< criteria: what screening found, by chunk
     std::vector<BondCandidate> candidates, cuts;    ///< the same, joined; those that break
     std::vector<std::uint32_t> freed;               ///< criteria: particles that lost their first bond
-    std::vector<double> stretch;                    ///< criteria: largest stretch by chunk, infinite where unknown
+    std::vector<double> stretch;                    ///< bond laws: largest stretch by chunk, infinite where unknown
     std::vector<char> touched;                      ///< criteria: chunks whose forces a cut changes
     std::vector<std::uint32_t> piece;               ///< by particle, where the material has pieces: its piece
     std::vector<std::uint32_t> block_begin;  ///< by particle block: its first particle in grid order, then the total

@@ -212,11 +212,12 @@ private:
         const std::string& type = w_.scene.transfer.type;
         if (!w_.transfer_needs.grid) {
             plan_.bounds.push_back(
-                {fmt::format("{}: bonds of the laws (Silling & Askari 2005)", type), time_step_bound(w_, 0)});
+                {fmt::format("{}: bonds of the laws, as far as they are stretched", type), time_step_bound(w_, 0)});
             return;
         }
         if (!crack_laws().empty())
-            plan_.bounds.push_back({"crack surfaces: bonds of the laws (Silling & Askari 2005)", w_.crack_bound});
+            plan_.bounds.push_back(
+                {"crack surfaces: bonds of the laws, as far as they are stretched", w_.bond_steps.at(w_.extension)});
         for (const Plan::Material& m : plan_.materials)
             plan_.bounds.push_back(
                 {fmt::format("{} and {}: {:g} dx / (c + |v|), c = {:.4g} m/s, |v| = {:.4g} m/s", m.law, type,

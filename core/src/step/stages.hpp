@@ -96,12 +96,15 @@ std::vector<std::uint32_t> label_fragments(const World<Real>& w);
 /// The scene's fragments, ascending by id.
 template <class Real>
 std::vector<Fragment> list_fragments(const World<Real>& w);
-/// Measures wave speeds, or the laws' stable steps without a grid, for the present state.
+/// On a grid: the laws' largest wave speed in the present state, into w.wave_speed.
 template <class Real>
-void measure_bounds(World<Real>& w);
-/// The step that particles at crack surfaces allow, into w.crack_bound.
+void measure_wave_speed(World<Real>& w);
+/// How far bonds are stretched at present positions, which are packed, into w.extension.
 template <class Real>
-void measure_crack_bound(World<Real>& w);
+void measure_extension(World<Real>& w);
+/// The steps that bonds allow where they move particles by themselves, into w.bond_steps.
+template <class Real>
+void measure_bond_steps(World<Real>& w);
 /// The largest speed of particles or colliders [m/s].
 template <class Real>
 double fastest_motion(const World<Real>& w);

@@ -5,16 +5,36 @@
 #include <limits>
 
 #include "perimpm/error.hpp"
+#include "perimpm/peridynamics/family.hpp"
 #include "step/stages.hpp"
 
 namespace perimpm {
 
 namespace {
 
+/// Of the material's law, the smallest over its blocks; that of any stretch where a criterion watches bonds without a grid: of
+/// a vibration that is seen every omega dt the peaks are missed by up to 1 - cos(omega dt/2).
+template <class Real>
+StableStep stable_step(World<Real>& w, Material<Real>& m) {
+    std::vector<StableStep> steps(m.chunks());
+    for_each_chunk(w, m, [&](std::size_t c, Block<Real>& b) { steps[c] = m.law->stable_step(b); });
+    StableStep smallest;
+    for (const StableStep& s : steps) smallest = smallest.smaller(s);
+    const bool watched = m.criterion && !w.transfer_needs.grid;
+    return m.needs.reports_stretch && !watched ? smallest : StableStep{smallest.any_stretch};
+}
+
+/// On the way to equilibrium that of any stretch: modes that turn in two steps would turn where all motion is stopped, and
+/// keep their energy.
+template <class Real>
+double bond_bound(const World<Real>& w) {
+    return w.bond_steps.at(w.relaxing ? 1 : w.extension);
+}
+
 template <class Real>
 std::string excess_message(const World<Real>& w, double dt, double bound) {
     const std::string why =
-        w.has_crack_surfaces && w.crack_bound <= bound ? std::string("the bond bound of crack surfaces")
+        w.has_crack_surfaces && bond_bound(w) <= bound ? std::string("the bond bound of crack surfaces")
         : w.transfer_needs.grid
             ? fmt::format("{:g} dx / (c + |v|) with dx = {:g} m, wave speed c = {:g} m/s, |v| = {:g} m/s",
                           w.transfer_needs.courant, w.spacing(), w.wave_speed, fastest_motion(w))
@@ -28,21 +48,13 @@ std::string excess_message(const World<Real>& w, double dt, double bound) {
 }  // namespace
 
 template <class Real>
-void measure_bounds(World<Real>& w) {
-    if (w.transfer_needs.grid)
-        w.wave_speed = 0;
-    else
-        w.particle_bound = std::numeric_limits<double>::infinity();
-    for (Material<Real>& m : w.materials) {
-        if (w.transfer_needs.grid)
-            w.wave_speed = reduce_chunks(
-                w, m, w.wave_speed, [&](Block<Real>& b) { return m.lightness * m.law->max_wave_speed(b); },
-                [](double a, double b) { return std::max(a, b); });
-        else
-            w.particle_bound = reduce_chunks(
-                w, m, w.particle_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
-                [](double a, double b) { return std::min(a, b); });
-    }
+void measure_wave_speed(World<Real>& w) {
+    if (!w.transfer_needs.grid) return;
+    w.wave_speed = 0;
+    for (Material<Real>& m : w.materials)
+        w.wave_speed = reduce_chunks(
+            w, m, w.wave_speed, [&](Block<Real>& b) { return m.lightness * m.law->max_wave_speed(b); },
+            [](double a, double b) { return std::max(a, b); });
 }
 
 template <class Real>
@@ -64,13 +76,13 @@ double grid_bound(const World<Real>& w, double wave_speed) {
 
 template <class Real>
 double time_step_bound(const World<Real>& w, double wave_speed) {
-    if (!w.transfer_needs.grid) return w.particle_bound;
+    if (!w.transfer_needs.grid) return bond_bound(w);
     const double bound = grid_bound(w, wave_speed);
-    return w.has_crack_surfaces ? std::min(bound, w.crack_bound) : bound;
+    return w.has_crack_surfaces ? std::min(bound, bond_bound(w)) : bound;
 }
 
-/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bound, so it is measured once; what
-/// a grid's wave speed is measured to be counts from the next step on.
+/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bounds, so they are measured once;
+/// how far bonds are stretched is known from the last step; what a grid's wave speed is measured to be counts from the next step on.
 template <class Real>
 double choose_time_step(World<Real>& w, double longest) {
     const SimulationSpec& s = w.scene.simulation;
@@ -86,7 +98,7 @@ double choose_time_step(World<Real>& w, double longest) {
         w.timer("time step", [&] {
             for (Material<Real>& m : w.materials)
                 if (m.has_bonds()) pack_positions(w, m);
-            measure_bounds(w);
+            measure_wave_speed(w);
         });
     const double step = std::min(s.dt ? *s.dt : s.safety * bound, longest);
     if (step > bound && w.unstable.step == 0) w.unstable = {w.steps + 1, step, bound};
@@ -94,20 +106,29 @@ double choose_time_step(World<Real>& w, double longest) {
 }
 
 template <class Real>
-void measure_crack_bound(World<Real>& w) {
-    w.crack_bound = std::numeric_limits<double>::infinity();
-    for (Material<Real>& m : w.materials) {
-        if (!m.frees_crack_surfaces) continue;
-        w.crack_bound = reduce_chunks(
-            w, m, w.crack_bound, [&](Block<Real>& b) { return m.law->stable_time_step(b); },
-            [](double a, double b) { return std::min(a, b); });
-    }
+void measure_bond_steps(World<Real>& w) {
+    w.bond_steps = {};
+    for (Material<Real>& m : w.materials)
+        if (!w.transfer_needs.grid || m.frees_crack_surfaces) w.bond_steps = w.bond_steps.smaller(stable_step(w, m));
 }
 
-template void measure_bounds(World<float>&);
-template void measure_bounds(World<double>&);
-template void measure_crack_bound(World<float>&);
-template void measure_crack_bound(World<double>&);
+template <class Real>
+void measure_extension(World<Real>& w) {
+    double stretch = 1;
+    for (Material<Real>& m : w.materials)
+        if (m.needs.reports_stretch)
+            stretch = reduce_chunks(
+                w, m, stretch, [&](Block<Real>& b) { return peridynamics::largest_stretch(b); },
+                [](double a, double b) { return std::max(a, b); });
+    w.extension = 1 - 1 / stretch;
+}
+
+template void measure_wave_speed(World<float>&);
+template void measure_wave_speed(World<double>&);
+template void measure_extension(World<float>&);
+template void measure_extension(World<double>&);
+template void measure_bond_steps(World<float>&);
+template void measure_bond_steps(World<double>&);
 template double fastest_collider(const World<float>&);
 template double fastest_collider(const World<double>&);
 template double fastest_motion(const World<float>&);

@@ -68,6 +68,7 @@ struct Scratch {
     AlignedArray<BondCandidate> candidates;
     AlignedArray<Real> own_energy, other_energy;  ///< criteria that ask for them: of a chunk's bonds
     NearObstacles near;
+    std::vector<char> is_bonded;             ///< contact: by particle, to the one whose pairs are looked for
     std::vector<FieldAtNode<Real>> present;  ///< velocity fields at a node
 };
 
@@ -162,14 +163,14 @@ struct World {
     double gathered_speed = 0;  ///< as the last gather found it
     GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]
-    double particle_bound = 0;  ///< particle transfer: the laws' stable step [s]
+    StableStep bond_steps;      ///< of what moves by forces of bonds: at crack surfaces, without a grid everything
+    double extension = 0;       ///< largest (|Y| - |X|)/|Y| of the bonds, as last measured
     double drift = 0;           ///< how far any particle may have moved since the sort [m]
     double farthest = 0;        ///< bound of |x| along any axis, since the sort [m]
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions
     std::uint64_t generation = 0;
     std::uint64_t sorts = 0;
-    bool has_crack_surfaces = false;                               ///< some particles have left the grid
-    double crack_bound = std::numeric_limits<double>::infinity();  ///< their stable step [s]
+    bool has_crack_surfaces = false;  ///< some particles have left the grid
     ContactPairs<Real> contact;
     VelocityFields<Real> fields;
     bool relaxing = false;  ///< on the way to equilibrium: prescribed particles stand still

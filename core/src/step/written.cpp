@@ -60,7 +60,8 @@ void accept_positions(World<Real>& w) {
     w.forces_known = false;
     for (Material<Real>& m : w.materials)
         if (m.has_bonds()) pack_positions(w, m);
-    measure_bounds(w);
+    measure_wave_speed(w);
+    measure_extension(w);
 }
 
 template <class Real>
@@ -83,8 +84,8 @@ void accept_weights(World<Real>& w) {
         if (m.has_bonds()) require_volumes_kept(w, m);
         m.lightness = lightness(w, m);
     }
-    measure_bounds(w);
-    measure_crack_bound(w);
+    measure_wave_speed(w);
+    measure_bond_steps(w);
 }
 
 template <class Real>
@@ -96,7 +97,7 @@ void accept_deformations(World<Real>& w) {
                     throw SimulationError(fmt::format(
                         "the deformation gradient written into 'F' of particle {} is not finite: component {}{} is {}",
                         w.id[m.begin + p], "xyz"[c / 3], "xyz"[c % 3], m.F[c][p]));
-    measure_bounds(w);
+    measure_wave_speed(w);
 }
 
 template void accept_positions(World<float>&);

@@ -33,18 +33,21 @@ TEST_CASE("time step: the faster of particles and colliders counts", "[step]") {
     CHECK_THAT(time_step_bound(*w, w->wave_speed), WithinRel(grid_bound(*w, 5), 1e-12));
 }
 
-TEST_CASE("time step: without a grid it is the smallest of the particles' sqrt(2 m / sum k)", "[step]") {
+TEST_CASE("time step: without a grid it is what the laws' bonds allow, less the farther they are stretched", "[step]") {
     const auto w = box_world({kBonds, kNoGrid, "simulation.safety=1"});
-    const Material<double>& m = w->materials[0];
-    double smallest = kForever;
-    for (std::size_t p = 0; p < m.size; ++p) {
-        double stiffness = 0;
-        for (std::uint32_t k = 0; k < m.bonds.row[p + 1] - m.bonds.row[p]; ++k)
-            stiffness += m.constants.declared[0][m.constants.shape[p] + k];
-        smallest = std::min(smallest, std::sqrt(2 * w->mass[p] / stiffness));
-    }
-    CHECK_THAT(choose_time_step(*w, kForever), WithinRel(smallest, 1e-12));
-    CHECK(time_step_bound(*w, 12345.0) == w->particle_bound);
+    Material<double>& m = w->materials[0];
+    const StableStep law = m.law->stable_step(make_block(*w, m, 0, m.size));
+    CHECK(law.any_stretch < 0.7 * law.small_strains);
+    CHECK(choose_time_step(*w, kForever) == law.small_strains);
+    for (std::size_t p = 0; p < w->count; ++p) w->x[1][p] *= 1.25;
+    accept_positions(*w);
+    CHECK_THAT(w->extension, WithinRel(0.2, 1e-12));
+    const double squared = 0.8 / std::pow(law.small_strains, 2) + 0.2 / std::pow(law.any_stretch, 2);
+    CHECK_THAT(time_step_bound(*w, 12345.0), WithinRel(1 / std::sqrt(squared), 1e-12));
+    const double before = w->extension;
+    w->extension = 0;
+    compute_bond_forces(*w);
+    CHECK_THAT(w->extension, WithinRel(before, 1e-12));
 }
 
 TEST_CASE("time step: a fixed one above the bound is refused at its place, unless it is allowed", "[step]") {

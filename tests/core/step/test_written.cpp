@@ -80,7 +80,7 @@ TEST_CASE("written: the wave speed is that of the particle lightest for its volu
         w->mass[100] /= 100;  // a 25th of the density
         accept_weights(*w);
         CHECK_THAT(w->wave_speed, WithinRel(5 * before, 1e-12));
-        measure_bounds(*w);
+        measure_wave_speed(*w);
         CHECK_THAT(w->wave_speed, WithinRel(5 * before, 1e-12));
     }
 }

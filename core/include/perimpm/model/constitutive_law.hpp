@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "perimpm/export.hpp"
@@ -14,14 +16,31 @@ struct EffectiveModuli {
     double poisson_ratio = std::numeric_limits<double>::quiet_NaN();   ///< [1]
 };
 
+/// Stable steps [s] of symplectic Euler and Verlet, infinite where nothing bounds them.
+struct StableStep {
+    double small_strains = std::numeric_limits<double>::infinity();
+    double any_stretch = small_strains;  ///< however far bonds are stretched
+
+    /// For bonds of relative extensions (|Y| - |X|)/|Y| up to `extension`: 1/dt^2 in between as a spring's stiffness across
+    /// itself is, k (|Y| - |X|)/|Y|, beside k along itself.
+    double at(double extension) const {
+        return 1 /
+               std::sqrt((1 - extension) / (small_strains * small_strains) + extension / (any_stretch * any_stretch));
+    }
+    StableStep smaller(const StableStep& other) const {
+        return {std::min(small_strains, other.small_strains), std::min(any_stretch, other.any_stretch)};
+    }
+};
+
 /// What a law declares to core. It asks for a deformation gradient (then it writes tau) or for bonds (force, or tau).
 struct LawNeeds {
     bool deformation_gradient = false;
     bool flows = false;  ///< local laws: `evaluate` leaves the elastic part in b.F
     bool bonds = false;
-    bool stress = false;           ///< bond laws: `evaluate` writes tau, whose divergence the grid takes, and no force
-    bool prepare = false;          ///< bond laws: `prepare` does something and must run before `evaluate`
-    bool reports_stretch = false;  ///< bond laws: `evaluate` fills Block::largest_stretch
+    bool stress = false;   ///< bond laws: `evaluate` writes tau, whose divergence the grid takes, and no force
+    bool prepare = false;  ///< bond laws: `prepare` does something and must run before `evaluate`
+    bool reports_stretch =
+        false;  ///< bond laws: `evaluate` fills Block::largest_stretch; else steps are those of any stretch
     bool stores_in_bonds = false;  ///< bond laws: `bond_energy` says how much energy each bond stores
     bool may_refuse = false;       ///< local laws: `evaluate` throws for some deformation gradients
     double horizon = 0;            ///< bond laws: family radius, rim included [m]
@@ -60,8 +79,8 @@ public:
     virtual void evaluate(Block<Real>& b, Real dt) const = 0;
     /// Bound of the wave speed in the block as it is now [m/s]; grid transfers take the time step from it.
     virtual double max_wave_speed(const Block<Real>& b) const = 0;
-    /// Largest stable step of the block when forces move the particles without a grid [s]; bond laws.
-    virtual double stable_time_step(const Block<Real>& b) const;
+    /// Largest stable steps of the block when forces move the particles without a grid; bond laws.
+    virtual StableStep stable_step(const Block<Real>& b) const;
     /// Stored energy of the block [J]; NaN where the law has none.
     virtual double energy(const Block<Real>& b) const = 0;
     /// Laws that declare `stores_in_bonds`, after `prepare` of every block: energy of each bond of the block into b.stored,

@@ -97,8 +97,8 @@ public:
     double max_wave_speed(const Block<Real>& b) const override {
         return std::sqrt(moduli_.sum() / density_) * largest_stretch(b);
     }
-    double stable_time_step(const Block<Real>& b) const override {
-        return silling_askari_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
+    StableStep stable_step(const Block<Real>& b) const override {
+        return spring_bound(b, b.bond_constants[at_.stiffness], moduli_.sum());
     }
 
     double energy(const Block<Real>& b) const override {

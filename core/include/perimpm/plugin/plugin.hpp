@@ -62,7 +62,7 @@ struct AbiStamp {
 };
 
 /// Grows with every change of what crosses the border that no struct's size shows: virtual functions, meanings.
-inline constexpr std::uint32_t kInterfaceVersion = 10;
+inline constexpr std::uint32_t kInterfaceVersion = 11;
 
 constexpr AbiStamp abi_stamp() {
 #if defined(__clang__)
