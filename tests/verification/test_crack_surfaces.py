@@ -135,10 +135,10 @@ def test_halves_slide_past_each_other(path: str) -> None:
 
 @pytest.mark.parametrize("path", ["particle", "fragment"])
 @pytest.mark.parametrize("law", ["pd_bond", "pd_elastic", "pd_lps"])
-@pytest.mark.parametrize("safety", [0.5, 0.25])
-def test_breaking_up_keeps_momentum(law: str, path: str, safety: float) -> None:
+@pytest.mark.parametrize(("safety", "swing"), [(0.8, 0.024), (0.5, 0.012), (0.25, 0.006)])
+def test_breaking_up_keeps_momentum(law: str, path: str, safety: float, swing: float) -> None:
     """D8c: a stretching, flying bar breaks by itself; D8d: nothing is lost on the way. The energy's swing is that of an explicit
-    step: of first order in it."""
+    step: of first order in it where steps are fine."""
     tree = scene({"type": law, "youngs_modulus": YOUNG}, box([0, 0, 0], [1.6, 0.4, 0.4]), SPACING)
     tree["material"]["m"] |= {"fracture": {"type": "critical_stretch", "critical_stretch": 0.05}, "crack_surface": path}
     tree["simulation"]["safety"] = safety
@@ -157,7 +157,7 @@ def test_breaking_up_keeps_momentum(law: str, path: str, safety: float) -> None:
     print(f"\n{law}, {path}: {len(sim.fragments)} pieces, momentum {drift:.1e}, energy grows by {growth:.1e}, ends at {totals[-1] / totals[0]:.3f}")
     assert len(sim.fragments) > 1
     assert drift <= 1e-10
-    assert growth <= 0.024 * safety
+    assert growth <= swing
     assert totals[-1] < totals[0]
     assert sum(f.mass for f in sim.fragments) == pytest.approx(mass, rel=1e-12)
 

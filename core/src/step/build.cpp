@@ -274,14 +274,14 @@ void refuse_crack_surface(const Material<Real>& m, const MaterialSpec& spec, boo
 }
 
 /// Which materials' cracks leave the grid, and the contact of their surfaces: as stiff as a fourth of the material's own
-/// layer of particles, E h for a spring across it, for each of about four that touch.
+/// layer of particles, E V/h^2 for a spring across it, for each of about four that touch.
 template <class Real>
 void prepare_crack_surfaces(World<Real>& w) {
     for (Material<Real>& m : w.materials) {
         const auto largest = [](double a, double b) { return std::max(a, b); };
         const double speed = reduce_chunks(
             w, m, 0.0, [&](Block<Real>& b) { return m.law->max_wave_speed(b); }, largest);
-        m.contact_stiffness = 0.25 * m.density * speed * speed * m.spacing;
+        m.contact_stiffness = 0.25 * static_cast<double>(w.mass[m.begin]) * speed * speed / (m.spacing * m.spacing);
         const CrackSurface way = w.scene.materials[m.number].crack_surface;
         const bool parts = m.can_break() && w.transfer_needs.grid;
         refuse_crack_surface(m, w.scene.materials[m.number], parts);

@@ -63,6 +63,20 @@ TEST_CASE("crack surfaces: the step is what their bonds allow, once there are an
           time_step_bound(*whole, whole->wave_speed));
 }
 
+TEST_CASE("crack surfaces: what touches bounds the step, as stiff as its layer whatever its bonds are", "[step]") {
+    const auto w = box_world({kBonds, kCrack});
+    Material<double>& m = w->materials[0];
+    const double c = m.law->max_wave_speed(make_block(*w, m, 0, m.size));
+    CHECK_THAT(m.contact_stiffness, WithinRel(0.25 * 1000 * c * c * m.spacing, 1e-12));
+    for (std::size_t p = 0; p < w->count; ++p) w->mass[p] /= 1e4;
+    measure_bond_steps(*w);
+    m.contact_stiffness *= 100;
+    const double bonds = w->bond_steps.at(0);
+    measure_bond_steps(*w);
+    CHECK_THAT(w->bond_steps.at(0), WithinRel(std::sqrt(2 * w->mass[0] / (4 * m.contact_stiffness)), 1e-12));
+    CHECK(w->bond_steps.at(0) < bonds);
+}
+
 TEST_CASE("crack surfaces: a speed that is not finite ends the run", "[step]") {
     const auto w = box_world({kBonds, kCrack});
     for (std::size_t p = 0; p < w->count; ++p) w->materials[0].force[1][p] = std::nan("");

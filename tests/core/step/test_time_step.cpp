@@ -1,4 +1,6 @@
 // kBox: c = sqrt((lambda + 2 mu)/rho) = sqrt(120) m/s, dx = 0.1 m.
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "perimpm/error.hpp"
@@ -48,6 +50,31 @@ TEST_CASE("time step: without a grid it is what the laws' bonds allow, less the 
     w->extension = 0;
     compute_bond_forces(*w);
     CHECK_THAT(w->extension, WithinRel(before, 1e-12));
+}
+
+TEST_CASE(
+    "time step: where a criterion watches bonds without a grid, and on the way to equilibrium, any stretch counts",
+    "[step]") {
+    const auto free = box_world({kBonds, kNoGrid}), watched = box_world({kBonds, kNeverBreaks, kNoGrid});
+    Material<double>& m = free->materials[0];
+    const double any = m.law->stable_step(make_block(*free, m, 0, m.size)).any_stretch;
+    CHECK(time_step_bound(*free, 0.0) > 1.4 * any);
+    CHECK_THAT(time_step_bound(*watched, 0.0), WithinRel(any, 1e-12));
+    free->relaxing = true;
+    CHECK_THAT(time_step_bound(*free, 0.0), WithinRel(any, 1e-12));
+}
+
+TEST_CASE("time step: a fixed one that bonds have outgrown says how far they are stretched, and gives way in relax",
+          "[step]") {
+    const auto probe = box_world({kBonds, kNoGrid});
+    const double dt = 0.95 * time_step_bound(*probe, 0.0);
+    const auto w = box_world({kBonds, kNoGrid, fmt::format("simulation.dt={:.17g}", dt)});
+    CHECK(choose_time_step(*w, kForever) == dt);
+    w->relaxing = true;
+    CHECK(choose_time_step(*w, kForever) < 0.7 * dt);
+    w->relaxing = false, w->steps = 3, w->extension = 0.2;
+    CHECK(contains(message_of<SimulationError>([&] { choose_time_step(*w, kForever); }),
+                   "bonds, stretched by up to 25 %; "));
 }
 
 TEST_CASE("time step: a fixed one above the bound is refused at its place, unless it is allowed", "[step]") {

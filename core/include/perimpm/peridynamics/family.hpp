@@ -208,7 +208,8 @@ double largest_stretch(const Block<Real>& b) {
 /// Stable steps of bonds that are at most as stiff as springs of k = `stiffness` * scale [N/m]. Forces of springs along n = dir Y
 /// with stretch s change by [k n n + k s/(1 + s) (1 - n n)] (du_q - du_p); with (a - b)^2 <= 2 a^2 + 2 b^2, for s = 0
 ///   omega^2 <= 2 max_p (largest eigenvalue of sum_q k_pq n n)/m_p
-/// and for any s Silling & Askari 2005, eq. 50: dt < sqrt(2 m_p / sum_q k_pq), which is up to sqrt(3) times smaller.
+/// and for any s Silling & Askari 2005, eq. 50: dt < sqrt(2 m_p / sum_q k_pq), which is up to sqrt(3) times smaller. Here n is
+/// dir X: families squeezed flat or thin turn their bonds one way, which the share that automatic steps keep is for.
 template <class Real>
 StableStep spring_bound(const Block<Real>& b, const Real* stiffness, double scale) {
     double softest = std::numeric_limits<double>::infinity(), any = softest;
