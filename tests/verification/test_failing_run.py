@@ -55,7 +55,7 @@ def test_command_ends_with_3_when_a_run_fails(tmp_path: Path, capsys: pytest.Cap
     file = write(tree, tmp_path / "scene.toml")
     assert main(["run", str(file), "-o", str(tmp_path / "out"), "--threads", "1"]) == 3
     shown = capsys.readouterr().err
-    bound = perimpm.Simulation(put(tree, "simulation.dt", "auto")).plan.dt / 0.8
+    bound = perimpm.Simulation(put(tree, "simulation.dt", "auto")).plan.bounds[0].dt
     assert "simulation failed" in shown
     assert f"dt is above the stable step: 0.5 s, where {bound:g} s was stable, in step 1;" in shown
     assert (tmp_path / "out" / "failed.h5").exists()

@@ -35,7 +35,7 @@ constexpr ParamSpec kSimulationTable[] = {
      .range = above(0.0),
      .default_text = "auto",
      .choices = "auto",
-     .doc = "time step; \"auto\" takes `safety` times the stable one"},
+     .doc = "time step, shortened so that equal ones fill a frame; \"auto\" takes `safety` times the stable one"},
     {.key = "safety",
      .range = {.low = 0.0, .high = 1.0, .high_open = false},
      .default_value = 0.8,

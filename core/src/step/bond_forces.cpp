@@ -23,7 +23,6 @@ void evaluate_bonds(World<Real>& w, Material<Real>& m, std::size_t chunk, Block<
 /// known, before the forces act.
 template <class Real>
 void compute_bond_forces(World<Real>& w) {
-    double stretch = 0;
     for (Material<Real>& m : w.materials) {
         if (!m.has_bonds()) continue;
         w.timer("bond forces", [&] {
@@ -32,9 +31,10 @@ void compute_bond_forces(World<Real>& w) {
             for_each_chunk(w, m, [&](std::size_t chunk, Block<Real>& b) { evaluate_bonds(w, m, chunk, b); });
         });
         if (m.criterion && (w.steps + 1) % m.criterion->interval() == 0) w.timer("fracture", [&] { fracture(w, m); });
-        if (m.needs.reports_stretch) stretch = std::max(stretch, *std::max_element(m.stretch.begin(), m.stretch.end()));
+        if (!m.needs.reports_stretch) continue;
+        const double stretch = *std::max_element(m.stretch.begin(), m.stretch.end());
+        w.extension = std::max(w.extension, 1 - 1 / (1 + stretch));
     }
-    w.extension = 1 - 1 / (1 + stretch);
 }
 
 template void pack_positions(World<float>&, Material<float>&);

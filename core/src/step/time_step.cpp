@@ -12,6 +12,14 @@ namespace perimpm {
 
 namespace {
 
+/// The longest of equal steps up to `step` that fill `whole`. A short step at the end of every frame would drive vibrations
+/// whose period is a few steps.
+double evenly(double step, double whole) {
+    constexpr double kRounding = 1e-9, kMany = 1e6;
+    const double count = std::ceil((1 - kRounding) * whole / step);
+    return count < kMany ? whole / count : step;
+}
+
 /// Of the material's law, the smallest over its blocks; that of any stretch where a criterion watches bonds without a grid: of
 /// a vibration that is seen every omega dt the peaks are missed by up to 1 - cos(omega dt/2).
 template <class Real>
@@ -95,8 +103,9 @@ double time_step_bound(const World<Real>& w, double wave_speed) {
     return w.has_crack_surfaces ? std::min(bound, bond_bound(w)) : bound;
 }
 
-/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bounds, so they are measured once;
-/// how far bonds are stretched is known from the last step; what a grid's wave speed is measured to be counts from the next step on.
+/// The fixed step, or `safety` times the bound. Broken bonds only ever raise the bond bounds, so they are measured once. How
+/// far bonds have been stretched so far counts: steps that followed their vibrations would drive them. What a grid's wave
+/// speed is measured to be counts from the next step on.
 template <class Real>
 double choose_time_step(World<Real>& w, double longest) {
     const SimulationSpec& s = w.scene.simulation;
@@ -114,8 +123,9 @@ double choose_time_step(World<Real>& w, double longest) {
                 if (m.has_bonds()) pack_positions(w, m);
             measure_wave_speed(w);
         });
-    double step = std::min(s.dt.value_or(s.safety * bound), longest);
+    double step = s.dt.value_or(s.safety * bound);
     if (w.relaxing) step = std::min(step, s.safety * bound);
+    step = evenly(step, longest);
     if (step > bound && w.unstable.step == 0) w.unstable = {w.steps + 1, step, bound};
     return step;
 }

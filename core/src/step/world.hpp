@@ -164,7 +164,7 @@ struct World {
     GridMotion motion;
     double wave_speed = 0;      ///< last measured [m/s]
     StableStep bond_steps;      ///< of what moves by forces of bonds: at crack surfaces, without a grid everything
-    double extension = 0;       ///< largest (|Y| - |X|)/|Y| of the bonds, as last measured
+    double extension = 0;       ///< largest (|Y| - |X|)/|Y| of the bonds so far
     double drift = 0;           ///< how far any particle may have moved since the sort [m]
     double farthest = 0;        ///< bound of |x| along any axis, since the sort [m]
     bool forces_known = false;  ///< particle transfer: forces belong to the present positions

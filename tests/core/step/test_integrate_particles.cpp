@@ -12,7 +12,9 @@ namespace {
 std::unique_ptr<World<double>> point(const Overrides& more = {}) {
     Overrides overrides{kBonds, kNoGrid, kPoint, "simulation.dt=0.01"};
     overrides.insert(overrides.end(), more.begin(), more.end());
-    return box_world(overrides);
+    auto w = box_world(overrides);
+    w->dt = 0.01;  // steps as no frame shortens them
+    return w;
 }
 
 void step(World<double>& w) {
