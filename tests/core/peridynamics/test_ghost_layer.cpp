@@ -1,11 +1,10 @@
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "perimpm/peridynamics/ghost_layer.hpp"
 #include "support/catch.hpp"
 #include "support/model.hpp"
 #include "support/particles.hpp"
+#include "support/stable_step.hpp"
 
 using namespace perimpm;
 
@@ -96,24 +95,11 @@ TEST_CASE("ghost layer: off the lattice a swelling stores the same energy everyw
 
 namespace {
 
-/// The bound of the time step over 2/omega of the largest frequency of a small cube, by the forces' finite differences.
+/// The bound of the time step over 2/omega of the largest frequency of a small cube.
 double share_of_stable_step(const ConstitutiveLaw<double>& law) {
     Particles<double> particles(law, lattice(5, kSpacing), std::pow(kSpacing, 3));
-    const auto size = static_cast<Eigen::Index>(3 * particles.size());
-    const double step = 1e-6 * kSpacing, mass = 1000 * std::pow(kSpacing, 3);
-    Eigen::MatrixXd K(size, size);
-    for (Eigen::Index j = 0; j < size; ++j) {
-        const auto p = static_cast<std::size_t>(j / 3);
-        const Vec3 X = particles.reference()[p];
-        particles.place(p, X + step * Vec3::Unit(j % 3));
-        particles.evaluate();
-        for (Eigen::Index i = 0; i < size; ++i)
-            K(i, j) = -particles.force(static_cast<std::size_t>(i / 3))[i % 3] / step;
-        particles.place(p, X);
-    }
-    CHECK((K - K.transpose()).norm() <= 1e-5 * K.norm());
-    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues().maxCoeff();
-    return law.stable_step(particles.block()).small_strains / (2 / std::sqrt(largest / mass));
+    return law.stable_step(particles.block()).small_strains /
+           largest_stable_step(particles, Eigen::Matrix3d::Identity());
 }
 
 }  // namespace

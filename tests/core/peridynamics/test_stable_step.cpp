@@ -1,42 +1,18 @@
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <random>
 
 #include "perimpm/peridynamics/family.hpp"
 #include "support/catch.hpp"
 #include "support/model.hpp"
 #include "support/particles.hpp"
+#include "support/stable_step.hpp"
 
 using namespace perimpm;
 
 namespace {
 
 constexpr double kSpacing = 0.01, kVolume = kSpacing * kSpacing * kSpacing, kDensity = 1000;
-
-/// 2/omega of the largest frequency about the present state, by the forces' finite differences [s].
-double largest_stable_step(Particles<double>& particles, const Eigen::Matrix3d& F) {
-    const auto size = static_cast<Eigen::Index>(3 * particles.size());
-    const double step = 1e-6 * kSpacing;
-    Eigen::MatrixXd K(size, size);
-    for (Eigen::Index j = 0; j < size; ++j) {
-        const auto p = static_cast<std::size_t>(j / 3);
-        const Vec3 at = F * particles.reference()[p];
-        for (const double sign : {1.0, -1.0}) {
-            particles.place(p, at + sign * step * Vec3::Unit(j % 3));
-            particles.evaluate();
-            for (Eigen::Index i = 0; i < size; ++i) {
-                const double share = -sign * particles.force(static_cast<std::size_t>(i / 3))[i % 3] / (2 * step);
-                K(i, j) = sign > 0 ? share : K(i, j) + share;
-            }
-        }
-        particles.place(p, at);
-    }
-    const Eigen::MatrixXd symmetric = (K + K.transpose()) / 2;
-    const double largest =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-    return 2 / std::sqrt(largest / (kDensity * kVolume));
-}
 
 struct Kind {
     std::string type, more;
