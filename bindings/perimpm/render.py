@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
+#: Colour of particles without the field that colours show: of bodies whose law or material has none.
+WITHOUT = (0.72, 0.72, 0.72)
 #: Linear colours that tell bodies apart, in the order of the bodies.
 TINTS = np.array(
     [
@@ -153,12 +155,15 @@ class _FieldColors:
         import matplotlib
 
         self._source, self._name = source, name
-        self._map = matplotlib.colormaps["viridis"]
+        self._map = matplotlib.colormaps["viridis"].with_extremes(bad=WITHOUT)
         lows, highs = zip(*(np.nanpercentile(self._values(n), (0.5, 99.5)) for n in numbers))
         self._low, self._high = float(min(lows)), float(max(highs))
         outside = (v for n in numbers for v in (np.nanmin(self._values(n)), np.nanmax(self._values(n))))
-        self._beyond = ", ends: beyond" if any(v < self._low or v > self._high for v in outside) else ""
-        self._unit = source.unit(numbers[0], name)
+        beyond = any(v < self._low or v > self._high for v in outside)
+        some_lack_it = any(np.isnan(self._values(n)).any() for n in numbers)
+        unit = source.unit(numbers[0], name)
+        self._scale = f"{name}: {self._low:.3g} to {self._high:.3g} {unit}".rstrip()
+        self._scale += (", some beyond" if beyond else "") + (f"; grey: no {name}" if some_lack_it else "")
 
     def _values(self, number: int) -> Array:
         values = self._source.read(number, self._name).astype(float)
@@ -176,9 +181,8 @@ class _FieldColors:
         picture = Image.fromarray(image)
         strip = np.tile(self._map(np.linspace(0, 1, length))[None, :, :3] * 255, (thick, 1, 1)).astype(np.uint8)
         picture.paste(Image.fromarray(strip), (edge, height - edge - thick))
-        text = f"{self._name}: {self._low:.3g} to {self._high:.3g} {self._unit}".rstrip() + self._beyond
-        font = ImageFont.load_default(size=height // 36)
-        ImageDraw.Draw(picture).text((edge, height - edge - thick - height // 22), text, fill=(60, 64, 70), font=font)
+        font, at = ImageFont.load_default(size=height // 36), (edge, height - edge - thick - height // 22)
+        ImageDraw.Draw(picture).text(at, self._scale, fill=(60, 64, 70), font=font)
         return np.asarray(picture)
 
 

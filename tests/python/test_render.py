@@ -79,6 +79,24 @@ def test_render(box: dict[str, Any], tmp_path: Path) -> None:
 
 
 @needs_gl
+def test_particles_without_the_field_are_grey(tmp_path: Path) -> None:
+    """A field of two bodies, on a scale for one of them."""
+    import h5py
+
+    from perimpm.frames import FrameFolder
+    from perimpm.render import WITHOUT, _FieldColors
+
+    with h5py.File(tmp_path / "frame.0000.h5", "w") as frame:
+        frame["x"], frame["damage"] = np.zeros((4, 3)), [0.0, 0.5, np.nan, np.nan]
+        frame["damage"].attrs["unit"] = "1"
+    painter = _FieldColors(FrameFolder(tmp_path), [0], "damage")
+    colors = painter.albedo(0, 4)
+    assert colors[2:] == pytest.approx(np.array(WITHOUT * 2).reshape(2, 3) ** 2.2)
+    assert np.ptp(colors[:2], axis=1).min() > 0.05
+    assert painter._scale.startswith("damage: ") and painter._scale.endswith("grey: no damage")
+
+
+@needs_gl
 def test_colliders_stand_where_they_are() -> None:
     """A quarter turn about the pivot (1, 0, 0) and a move along y: the corner (2, 0, 0) goes to (1, 3, -1)."""
     from perimpm.scenery import obstacles

@@ -42,9 +42,11 @@ std::string expected_kind(const ParamSpec& spec) {
 /// `"a", "b"` after the kind, for keys that take words.
 std::string expected_words(const ParamSpec& spec) {
     if (!spec.choices) return "";
+    const std::vector<std::string> choices = split_choices(spec.choices);
     std::string words;
-    for (const std::string& word : split_choices(spec.choices)) words += (words.empty() ? "\"" : ", \"") + word + '"';
-    return (spec.kind == ParamKind::choice ? " " : " or one of ") + words;
+    for (const std::string& word : choices) words += (words.empty() ? "\"" : ", \"") + word + '"';
+    if (spec.kind == ParamKind::choice) return " " + words;
+    return (choices.size() > 1 ? " or one of " : " or ") + words;
 }
 
 /// For the two usual slips: a model or shape named by its bare type, and one bracket too few.
@@ -83,10 +85,10 @@ std::vector<std::string> split_choices(const char* choices) {
 
 void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what) {
     const bool is_leaf = !value.is_table() && !value.is_list();
-    throw InputError{
-        value.place.text(),
-        fmt::format("'{}' in {} must be {}{}{}, got {}{}{}", spec.key, what, expected_kind(spec), expected_words(spec),
-                    unit_note(spec), value.kind(), is_leaf ? " (" + value.to_toml() + ")" : "", remedy(value, spec))};
+    throw InputError{value.place.text(),
+                     fmt::format("'{}' in {} must be {}{}{}, got {}{}{}", spec.key, what, expected_kind(spec),
+                                 unit_note(spec), expected_words(spec), value.kind(),
+                                 is_leaf ? " (" + value.to_toml() + ")" : "", remedy(value, spec))};
 }
 
 double require_number(const Value& value, const ParamSpec& spec, const std::string& what) {

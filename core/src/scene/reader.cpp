@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 #include <stdexcept>
+#include <string>
 
 #include "perimpm/error.hpp"
 #include "scene/checks.hpp"
@@ -18,10 +20,17 @@ namespace {
 /// Largest integer up to which every integer is a double: values reach plugins as double.
 constexpr std::int64_t kLargestInteger = std::int64_t{1} << 53;
 
-/// Texts of choices must match; other kinds take one of their words instead of a value.
+bool reads_as_number(const std::string& text) {
+    std::istringstream stream{text};
+    double number = 0;
+    return stream >> number && stream.peek() == std::char_traits<char>::eof();
+}
+
+/// Texts of choices must match; other kinds take one of their words instead of a value. False: not a word.
 bool read_word(const Value& value, const ParamSpec& spec, const std::string& what, ParamValue& out) {
     const auto* text = std::get_if<std::string>(&value.data);
     if (!text || !spec.choices) return false;
+    if (spec.kind != ParamKind::choice && reads_as_number(*text)) return false;
     const std::vector<std::string> words = split_choices(spec.choices);
     if (std::find(words.begin(), words.end(), *text) == words.end()) {
         throw InputError{value.place.text(), fmt::format("'{}' in {} does not know '{}'\n  {}", spec.key, what, *text,

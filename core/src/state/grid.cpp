@@ -1,7 +1,9 @@
 #include "state/grid.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <tuple>
+#include <utility>
 
 #include "state/morton.hpp"
 
@@ -12,6 +14,7 @@ namespace {
 /// From here on cubes of 2x2x2 blocks are coloured, whose particles follow each other in memory; fewer blocks are spread
 /// over the threads one by one.
 constexpr std::size_t kManyBlocks = 1024;
+constexpr std::uint32_t kNone = ~0u;
 
 /// What a block's four node planes across each axis are images of.
 struct BlockImages {
@@ -46,7 +49,7 @@ void for_each_reached(const BlockImages& b, Body body) {
 
 template <class Real>
 void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images,
-                              bool twice) {
+                              bool twice, int workers) {
     blocks_.resize(keys.size());
     keys_.clear();
     const auto for_each_neighbour = [](std::uint64_t block, auto body) {
@@ -66,19 +69,9 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
 
     coordinates_.resize(3 * keys_.size());
     for (std::size_t g = 0; g < keys_.size(); ++g) morton_decode(keys_[g], coordinates_.data() + 3 * g);
-    for (auto& set : colours_) set.clear();
-    const int shift = keys.size() < kManyBlocks ? 0 : 1;
-    for (std::size_t b = 0; b < blocks_.size(); ++b) {
-        const std::int32_t* c = blocks_[b].coordinate;
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
         for_each_neighbour(keys[b], [&](int n, std::uint64_t key) { blocks_[b].links[n] = block_number(key); });
-        const int parity = (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2;
-        std::vector<BlockRange>& ranges = colours_[parity];
-        const auto index = static_cast<std::uint32_t>(b);
-        if (b > 0 && keys[b] >> 3 * shift == keys[b - 1] >> 3 * shift)
-            ranges.back().end = index + 1;
-        else
-            ranges.push_back({index, index + 1});
-    }
+    find_schedule(keys, static_cast<std::uint32_t>(workers));
     images_.clear();
     if (images.any()) find_images(images);
     find_shared();
@@ -90,6 +83,47 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     if (increment) provide(increments_);
     if (twice) provide(next_values_);
     if (twice && increment) provide(next_increments_);
+}
+
+/// Every worker's queue has the ranges of a part of the blocks, colour by colour.
+template <class Real>
+void BlockGrid<Real>::find_schedule(const std::vector<std::uint64_t>& keys, std::uint32_t workers) {
+    const auto blocks = static_cast<std::uint32_t>(keys.size());
+    const int shift = blocks < kManyBlocks ? 0 : 1;
+    ranges_.clear();
+    for (std::uint32_t b = 0; b < blocks; ++b) {
+        const std::int32_t* c = blocks_[b].coordinate;
+        if (b > 0 && keys[b] >> 3 * shift == keys[b - 1] >> 3 * shift)
+            ranges_.back().end = b + 1;
+        else
+            ranges_.push_back({b, b + 1, (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2});
+    }
+    schedule_.queue.assign(1, 0);
+    for (std::uint32_t worker = 0; worker < workers; ++worker) {
+        const auto begin = ranges_.begin() + schedule_.queue.back();
+        const std::uint64_t share = std::uint64_t{blocks} * (worker + 1) / workers;
+        const auto end =
+            std::partition_point(begin, ranges_.end(), [&](const BlockRange& r) { return r.end <= share; });
+        schedule_.queue.push_back(static_cast<std::uint32_t>(end - ranges_.begin()));
+        std::sort(begin, end, [](const BlockRange& a, const BlockRange& b) {
+            return std::pair(a.colour, a.first) < std::pair(b.colour, b.first);
+        });
+    }
+    range_of_.assign(keys_.size(), kNone);
+    constexpr int itself = kNeighbours / 2;
+    for (std::uint32_t r = 0; r < ranges_.size(); ++r)
+        for (std::uint32_t b = ranges_[r].first; b < ranges_[r].end; ++b) range_of_[blocks_[b].links[itself]] = r;
+    schedule_.row.assign(1, 0), schedule_.needed.clear();
+    for (const BlockRange& range : ranges_) {
+        for (std::uint32_t b = range.first; b < range.end; ++b)
+            for (const std::uint32_t link : blocks_[b].links)
+                if (const std::uint32_t other = range_of_[link]; other != kNone && ranges_[other].colour < range.colour)
+                    schedule_.needed.push_back(other);
+        const auto begin = schedule_.needed.begin() + schedule_.row.back();
+        std::sort(begin, schedule_.needed.end());
+        schedule_.needed.erase(std::unique(begin, schedule_.needed.end()), schedule_.needed.end());
+        schedule_.row.push_back(static_cast<std::uint32_t>(schedule_.needed.size()));
+    }
 }
 
 template <class Real>
@@ -195,15 +229,16 @@ void BlockGrid<Real>::add_tile_to(const ParticleBlock& block, const Real* tile, 
     for_each_run(block, [&](std::size_t from, std::size_t to, auto count) {
         Real sum[count];
         for (int n = 0; n < count; ++n) sum[n] = values[to + n] + tile[from + n];
-        std::copy_n(sum, count(), values + to);
+        std::memcpy(values + to, sum, sizeof sum);
     });
 }
 
 template <class Real>
 void BlockGrid<Real>::load_tile(const ParticleBlock& block, Real* tile, bool second) const {
     const Real* values = second ? increments_.data() : values_.data();
-    for_each_run(block,
-                 [&](std::size_t to, std::size_t from, auto count) { std::copy_n(values + from, count(), tile + to); });
+    for_each_run(block, [&](std::size_t to, std::size_t from, auto count) {
+        std::memcpy(tile + to, values + from, count * sizeof(Real));
+    });
 }
 
 template class BlockGrid<float>;

@@ -7,6 +7,7 @@
 #include "perimpm/model/transfer_kernel.hpp"
 #include "state/array.hpp"
 #include "state/images.hpp"
+#include "state/schedule.hpp"
 
 namespace perimpm {
 
@@ -21,9 +22,10 @@ struct ParticleBlock {
     std::uint32_t links[kNeighbours];  ///< grid blocks at offsets -1, 0, 1, z fastest
 };
 
-/// Particle blocks first .. end - 1, which lie side by side in memory.
+/// Particle blocks first .. end - 1, which lie side by side in memory. Tiles of different ranges of a colour do not overlap.
 struct BlockRange {
     std::uint32_t first, end;
+    int colour;
 };
 
 /// A grid block at whose place another velocity field has one, too.
@@ -41,14 +43,18 @@ public:
     /// Rebuilds both lists of blocks from the sorted, unique Morton keys of the blocks that hold particles, which begin with
     /// the number of a velocity field: nodes of different fields are different nodes. Allocates
     /// only when there are more blocks than ever before. With images, the nodes that they stand for exist, too. `twice`:
-    /// there are second values for all nodes, which the next step is scattered to before this one's are read.
+    /// there are second values for all nodes, which the next step is scattered to before this one's are read. `workers`:
+    /// the number of queues of the schedule.
     void rebuild(const std::vector<std::uint64_t>& keys, bool increment, const DomainImages& images = {},
-                 bool twice = false);
+                 bool twice = false, int workers = 1);
 
     std::size_t size() const { return coordinates_.size() / 3; }
     const std::vector<ParticleBlock>& particle_blocks() const { return blocks_; }
-    /// Ranges of particle_blocks() in eight sets; tiles of different ranges of a set do not overlap.
-    const std::vector<BlockRange>& colour(int c) const { return colours_[c]; }
+    /// All of particle_blocks().
+    const std::vector<BlockRange>& ranges() const { return ranges_; }
+    /// Its items are the ranges(). Of two whose tiles overlap, one needs the other, which one does not depend on the number of
+    /// workers: each node sees its blocks in the same order.
+    Schedule& schedule() { return schedule_; }
     /// Places where blocks of several fields are: from shared_begin()[k] on those of place k, by ascending field; then the
     /// total. Empty with one field.
     const std::vector<SharedBlock>& shared() const { return shared_; }
@@ -82,12 +88,15 @@ private:
     void add_blocks_inside(const DomainImages& images);
     void find_images(const DomainImages& images);
     void find_shared();
+    void find_schedule(const std::vector<std::uint64_t>& keys, std::uint32_t workers);
     std::uint32_t block_number(std::uint64_t key) const;
     template <class Copy>
     void for_each_run(const ParticleBlock& block, Copy copy) const;
 
     std::vector<ParticleBlock> blocks_;
-    std::vector<BlockRange> colours_[8];
+    std::vector<BlockRange> ranges_;
+    std::vector<std::uint32_t> range_of_;  ///< by grid block: the range that holds its particles, or kNone
+    Schedule schedule_;
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;
     std::vector<NodeImage> images_;

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "perimpm/error.hpp"
+#include "state/schedule.hpp"
 
 namespace perimpm {
 
@@ -25,6 +26,14 @@ public:
     void run(std::size_t n, const Body& body) {
         if (n == 0) return;
         arena_.execute([&] { tbb::parallel_for(std::size_t{0}, n, body); });
+    }
+    /// Runs body(i) for all items of the schedule.
+    template <class Body>
+    void run(Schedule& schedule, const Body& body) {
+        schedule.start();
+        arena_.execute([&] {
+            tbb::parallel_for(0, count(), [&](int) { schedule.work(static_cast<std::size_t>(current()), body); });
+        });
     }
     template <class Body>
     void execute(const Body& body) {

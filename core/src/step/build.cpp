@@ -290,7 +290,7 @@ void prepare_crack_surfaces(World<Real>& w) {
     }
     const bool may_touch =
         std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return m.frees_crack_surfaces; });
-    for (Scratch<Real>& s : w.scratch) s.is_bonded.resize(may_touch ? w.count : 0);
+    for (Scratch<Real>& s : w.scratch) s.contact.is_bonded.resize(may_touch ? w.count : 0);
 }
 
 template <class Real>

@@ -71,6 +71,9 @@ void fill_cells(const World<Real>& w, ContactCells<Real>& cells, double width) {
     for (const auto& entry : cells.found) cells.entries[cells.begin[hash(entry.key) & cells.mask]++] = entry;
     std::copy_backward(cells.begin.begin(), cells.begin.end() - 1, cells.begin.end());
     cells.begin.front() = 0;
+    cells.surface.clear();
+    for (std::uint32_t k = 0; k < cells.entries.size(); ++k)
+        if (cells.is_free[cells.entries[k].particle]) cells.surface.push_back(k);
 }
 
 template <class Real>
@@ -88,10 +91,6 @@ void mark_bonded(const Material<Real>& m, std::size_t p, std::vector<char>& is_b
 }
 
 template <class Real>
-Vec3 place_of(const World<Real>& w, std::size_t p) {
-    return {static_cast<double>(w.x[0][p]), static_cast<double>(w.x[1][p]), static_cast<double>(w.x[2][p])};
-}
-template <class Real>
 Vec3 start_of(const Material<Real>& m, std::uint32_t p) {
     const Real* X = m.reference.data() + 4 * std::size_t{p};
     return {static_cast<double>(X[0]), static_cast<double>(X[1]), static_cast<double>(X[2])};
@@ -108,36 +107,52 @@ double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n,
     return std::min(touching, (start_of(m, other) - start_of(m, own)).norm());
 }
 
-/// What particle p, which is at a crack's surface, may touch: of others at crack surfaces, those after it.
 template <class Real>
-void find_pairs(const World<Real>& w, std::size_t p, double skin, std::vector<char>& is_bonded,
-                ContactFinds<Real>& found) {
-    const ContactCells<Real>& cells = w.contact.cells;
-    const Material<Real>& m = material_of(w, p);
-    const Vec3 at = place_of(w, p);
-    const std::size_t before = found.other.size();
-    mark_bonded(m, p, is_bonded, true);
-    for_each_around(cell_of(w, p, cells.width), [&](std::uint64_t key) {
+void look_around(const ContactCells<Real>& cells, const Cell& cell, ContactSearch<Real>& search) {
+    std::size_t count = 0;
+    for_each_around(cell, [&](std::uint64_t key) {
         const std::size_t bucket = hash(key) & cells.mask;
+        search.make_room(count + cells.begin[bucket + 1] - cells.begin[bucket]);
         for (std::uint32_t k = cells.begin[bucket]; k < cells.begin[bucket + 1]; ++k) {
             const auto& entry = cells.entries[k];
-            const std::size_t q = entry.particle;
-            if (entry.key != key || (cells.is_free[q] && q <= p)) continue;
-            double apart2 = 0;
-            for (int c = 0; c < 3; ++c) apart2 += std::pow(static_cast<double>(entry.x[c]) - at[c], 2);
-            if (apart2 >= cells.width * cells.width) continue;
-            const Material<Real>& n = material_of(w, q);
-            const double near = 0.5 * (m.spacing + n.spacing) + skin;
-            if (apart2 >= near * near) continue;
-            if (is_bonded[q]) continue;
-            const double reach = reach_of(m, p, n, q);
-            found.other.push_back(entry.particle);
-            found.reach.push_back(static_cast<Real>(reach));
-            found.stiffness.push_back(static_cast<Real>(2 * m.contact_stiffness * n.contact_stiffness /
-                                                        (m.contact_stiffness + n.contact_stiffness)));
+            search.particle[count] = entry.particle;
+            for (std::size_t c = 0; c < 3; ++c) search.x[c][count] = entry.x[c];
+            count += entry.key == key;
         }
     });
-    mark_bonded(m, p, is_bonded, false);
+    search.count = count;
+}
+
+template <class Real>
+void measure_distances(const Real* at, ContactSearch<Real>& search) {
+    using Numbers = Eigen::Map<Eigen::Array<Real, Eigen::Dynamic, 1>>;
+    const auto count = static_cast<Eigen::Index>(search.count);
+    const auto along = [&](std::size_t c) { return Numbers(search.x[c].data(), count) - at[c]; };
+    Numbers(search.apart2.data(), count) = along(0).square() + along(1).square() + along(2).square();
+}
+
+/// What a particle at a crack's surface may touch of those found around: of others at crack surfaces, those after it.
+template <class Real>
+void find_pairs(const World<Real>& w, const typename ContactCells<Real>::Entry& own, double skin,
+                ContactSearch<Real>& search, ContactFinds<Real>& found) {
+    const ContactCells<Real>& cells = w.contact.cells;
+    const std::size_t p = own.particle, before = found.other.size();
+    const Material<Real>& m = material_of(w, p);
+    const auto farthest2 = static_cast<Real>(cells.width * cells.width);
+    measure_distances(own.x, search);
+    mark_bonded(m, p, search.is_bonded, true);
+    for (std::size_t k = 0; k < search.count; ++k) {
+        const std::size_t q = search.particle[k];
+        if (search.apart2[k] >= farthest2 || search.is_bonded[q] || (cells.is_free[q] && q <= p)) continue;
+        const Material<Real>& n = material_of(w, q);
+        const double near = 0.5 * (m.spacing + n.spacing) + skin;
+        if (static_cast<double>(search.apart2[k]) >= near * near) continue;
+        found.other.push_back(search.particle[k]);
+        found.reach.push_back(static_cast<Real>(reach_of(m, p, n, q)));
+        found.stiffness.push_back(static_cast<Real>(2 * m.contact_stiffness * n.contact_stiffness /
+                                                    (m.contact_stiffness + n.contact_stiffness)));
+    }
+    mark_bonded(m, p, search.is_bonded, false);
     found.count.push_back(static_cast<std::uint32_t>(found.other.size() - before));
 }
 
@@ -151,12 +166,12 @@ double widest_spacing(const World<Real>& w) {
 /// Calls body(particle, other, reach, stiffness) for the pairs found, each both ways.
 template <class Real, class Body>
 void for_each_found(const ContactPairs<Real>& list, Body body) {
-    const std::vector<std::uint32_t>& free = list.cells.free;
-    for (std::size_t k = 0, piece = 0; k < free.size(); ++piece) {
+    const std::vector<std::uint32_t>& surface = list.cells.surface;
+    for (std::size_t k = 0, piece = 0; k < surface.size(); ++piece) {
         const ContactFinds<Real>& found = list.found[piece];
         std::size_t pair = 0;
         for (const std::uint32_t count : found.count) {
-            const std::uint32_t p = free[k++];
+            const std::uint32_t p = list.cells.entries[surface[k++]].particle;
             for (const std::size_t end = pair + count; pair < end; ++pair) {
                 const std::uint32_t q = found.other[pair];
                 body(p, q, found.reach[pair], found.stiffness[pair]);
@@ -171,14 +186,20 @@ void list_pairs(World<Real>& w) {
     ContactPairs<Real>& list = w.contact;
     const double widest = widest_spacing(w), skin = kSkin * widest;
     fill_cells(w, list.cells, widest + skin);
-    const std::vector<std::uint32_t>& free = list.cells.free;
-    const std::size_t pieces = (free.size() + kChunk - 1) / kChunk;
+    const std::vector<std::uint32_t>& surface = list.cells.surface;
+    const std::size_t pieces = (surface.size() + kChunk - 1) / kChunk;
     if (list.found.size() < pieces) list.found.resize(pieces);
     w.threads.run(pieces, [&](std::size_t piece) {
         ContactFinds<Real>& found = list.found[piece];
+        ContactSearch<Real>& search = w.own_scratch().contact;
         found.clear();
-        for (std::size_t k = piece * kChunk; k < std::min(free.size(), (piece + 1) * kChunk); ++k)
-            find_pairs(w, free[k], skin, w.own_scratch().is_bonded, found);
+        const std::size_t first = piece * kChunk, end = std::min(surface.size(), first + kChunk);
+        for (std::size_t k = first; k < end; ++k) {
+            const auto& own = list.cells.entries[surface[k]];
+            if (k == first || own.key != list.cells.entries[surface[k - 1]].key)
+                look_around(list.cells, cell_of(w, own.particle, list.cells.width), search);
+            find_pairs(w, own, skin, search, found);
+        }
     });
     list.place.assign(w.count, 0);
     for_each_found(list, [&](std::uint32_t p, auto...) { ++list.place[p]; });

@@ -13,12 +13,28 @@ struct ContactCells {
         std::uint32_t particle;
         Real x[3];
     };
-    double width = 0;                   ///< of a cell [m]
-    std::size_t mask = 0;               ///< of hashes
-    std::vector<std::uint32_t> free;    ///< particles at crack surfaces, ascending
-    std::vector<char> is_free, near;    ///< by particle; by hash: whether a crack surface may be around
-    std::vector<std::uint32_t> begin;   ///< by hash: its first entry, then their number
-    std::vector<Entry> entries, found;  ///< by hash and particle; by particle
+    double width = 0;                    ///< of a cell [m]
+    std::size_t mask = 0;                ///< of hashes
+    std::vector<std::uint32_t> free;     ///< particles at crack surfaces, ascending
+    std::vector<char> is_free, near;     ///< by particle; by hash: whether a crack surface may be around
+    std::vector<std::uint32_t> begin;    ///< by hash: its first entry, then their number
+    std::vector<Entry> entries, found;   ///< by hash and particle; by particle
+    std::vector<std::uint32_t> surface;  ///< entries at crack surfaces
+};
+
+/// A worker's search for pairs.
+template <class Real>
+struct ContactSearch {
+    std::size_t count = 0;                ///< of particles in the 27 cells about the one searched for
+    std::vector<std::uint32_t> particle;  ///< these
+    std::vector<Real> x[3], apart2;       ///< where they are, and their squared distances
+    std::vector<char> is_bonded;          ///< by particle: to the one whose pairs are looked for
+
+    void make_room(std::size_t size) {
+        if (size <= particle.size()) return;
+        particle.resize(2 * size), apart2.resize(2 * size);
+        for (std::vector<Real>& coordinate : x) coordinate.resize(2 * size);
+    }
 };
 
 /// What one piece of the search found: pairs of particles at crack surfaces with anything else.

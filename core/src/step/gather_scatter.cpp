@@ -70,7 +70,7 @@ void gather_and_scatter(World<Real>& w) {
     w.timer("clear grid", [&] { clear_nodes(w, w.grid.next_nodes(), w.grid.next_increments()); });
     w.timer("gather, stress and scatter", [&] {
         w.found.resize(w.grid.particle_blocks().size());
-        for_each_block_by_colour(w, [&](std::size_t b) { move_and_scatter_block(w, b); });
+        for_each_block_in_turn(w, [&](std::size_t b) { move_and_scatter_block(w, b); });
         w.grid.swap_nodes();
         const BlockFindings all = note_findings(w);
         w.drift += w.motion.dt * all.collided;

@@ -109,13 +109,9 @@ void scatter_held(World<Real>& w) {
         std::fill_n(all.momentum.data() + g * kBlockValues, kBlockValues, Real(0));
         std::fill_n(all.mass.data() + g * kBlockValues, kBlockValues, Real(0));
     });
-    for (int colour = 0; colour < 8; ++colour) {
-        const std::vector<BlockRange>& ranges = w.grid.colour(colour);
-        w.threads.run(ranges.size(), [&](std::size_t i) {
-            for (std::uint32_t b = ranges[i].first; b < ranges[i].end; ++b)
-                if (all.block_holds[b]) scatter_held_block(w, b);
-        });
-    }
+    for_each_block_in_turn(w, [&](std::uint32_t b) {
+        if (all.block_holds[b]) scatter_held_block(w, b);
+    });
     for (const NodeImage& image : w.grid.images()) fold_held(w, image);
 }
 

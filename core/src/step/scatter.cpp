@@ -56,7 +56,7 @@ void scatter(World<Real>& w) {
     const bool stress =
         std::any_of(w.materials.begin(), w.materials.end(), [](const auto& m) { return !m.has_bonds(); });
     w.timer(stress ? "stress and scatter" : "scatter",
-            [&] { for_each_block_by_colour(w, [&](std::size_t b) { scatter_block(w, b); }); });
+            [&] { for_each_block_in_turn(w, [&](std::size_t b) { scatter_block(w, b); }); });
 }
 
 template void scatter(World<float>&);

@@ -209,7 +209,7 @@ template <class Real>
 void sort_particles(World<Real>& w) {
     if (w.images.periodic()) wrap_particles(w);
     find_blocks(w);
-    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment, w.images, w.defers_gather);
+    w.grid.rebuild(w.sort.blocks, w.transfer_needs.increment, w.images, w.defers_gather, w.threads.count());
     w.farthest = 0;
     for (const ParticleBlock& block : w.grid.particle_blocks())
         for (const std::int32_t c : block.coordinate)

@@ -53,13 +53,11 @@ void for_each_run(World<Real>& w, std::size_t b, Body body) {
 /// Calls body(number) for every particle block, in parallel, so that tiles of blocks visited at the same time do not
 /// overlap, and that each node sees its blocks in the same order however many threads there are.
 template <class Real, class Body>
-void for_each_block_by_colour(World<Real>& w, Body body) {
-    for (int colour = 0; colour < 8; ++colour) {
-        const std::vector<BlockRange>& ranges = w.grid.colour(colour);
-        w.threads.run(ranges.size(), [&](std::size_t i) {
-            for (std::uint32_t b = ranges[i].first; b < ranges[i].end; ++b) body(b);
-        });
-    }
+void for_each_block_in_turn(World<Real>& w, Body body) {
+    w.threads.run(w.grid.schedule(), [&](std::uint32_t item) {
+        const BlockRange& range = w.grid.ranges()[item];
+        for (std::uint32_t b = range.first; b < range.end; ++b) body(b);
+    });
 }
 
 /// Zeros for all nodes, and for their increments where the transfer has such.

@@ -68,7 +68,7 @@ struct Scratch {
     AlignedArray<BondCandidate> candidates;
     AlignedArray<Real> own_energy, other_energy;  ///< criteria that ask for them: of a chunk's bonds
     NearObstacles near;
-    std::vector<char> is_bonded;             ///< contact: by particle, to the one whose pairs are looked for
+    ContactSearch<Real> contact;
     std::vector<FieldAtNode<Real>> present;  ///< velocity fields at a node
 };
 

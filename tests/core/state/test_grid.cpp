@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "state/grid.hpp"
 #include "state/morton.hpp"
@@ -75,32 +76,48 @@ TEST_CASE("grid: a block's nodes lie where its coordinate says, z fastest", "[st
             CHECK(tile[static_cast<std::size_t>(4 * n + c)] == tile_node(block, n)[static_cast<std::size_t>(c)]);
 }
 
-TEST_CASE("grid: ranges of one colour never share a node and hold every block once", "[state]") {
-    for (const int edge : {5, 11}) {  // 1331 blocks are coloured by cubes of eight
+TEST_CASE("grid: of two ranges whose tiles overlap one waits for the other, whoever works", "[state]") {
+    for (const int edge : {5, 11}) {  // 1331 blocks are scheduled by cubes of eight
         std::vector<Node> blocks;
         for (int i = 0; i < edge; ++i)
             for (int j = 0; j < edge; ++j)
                 for (int k = 0; k < edge; ++k) blocks.push_back({i - 2, j - 2, k - 2});
-        BlockGrid<float> grid;
-        grid.rebuild(keys_of(blocks), false);
-        std::set<std::uint32_t> seen;
-        std::uint32_t longest = 0;
-        for (int colour = 0; colour < 8; ++colour) {
-            std::map<Node, std::size_t> owner;
-            bool apart = true;
-            for (std::size_t r = 0; r < grid.colour(colour).size(); ++r) {
-                const BlockRange range = grid.colour(colour)[r];
-                longest = std::max(longest, range.end - range.first);
+        std::set<std::pair<std::uint32_t, std::uint32_t>> orders[2];  // (first block of a range, that of one it needs)
+        for (const int workers : {1, 3}) {
+            BlockGrid<float> grid;
+            grid.rebuild(keys_of(blocks), false, {}, false, workers);
+            const std::vector<BlockRange>& ranges = grid.ranges();
+            const Schedule& schedule = grid.schedule();
+            REQUIRE(schedule.queue.size() == static_cast<std::size_t>(workers) + 1);
+            REQUIRE(schedule.queue.back() == ranges.size());
+            REQUIRE(schedule.row.size() == ranges.size() + 1);
+            auto& order = orders[workers > 1];
+            for (std::uint32_t r = 0; r < ranges.size(); ++r)
+                for (std::uint32_t k = schedule.row[r]; k < schedule.row[r + 1]; ++k)
+                    order.emplace(ranges[r].first, ranges[schedule.needed[k]].first);
+
+            std::set<std::uint32_t> seen;
+            std::map<Node, std::set<std::uint32_t>> owners;
+            for (const BlockRange& range : ranges)
                 for (std::uint32_t b = range.first; b < range.end; ++b) {
                     CHECK(seen.insert(b).second);
                     for (int n = 0; n < kTileValues / 4; ++n)
-                        apart = apart && owner.emplace(tile_node(grid.particle_blocks()[b], n), r).first->second == r;
+                        owners[tile_node(grid.particle_blocks()[b], n)].insert(range.first);
                 }
-            }
-            CHECK(apart);
+            CHECK(seen.size() == blocks.size());
+            std::size_t overlaps = 0, ordered = 0;
+            for (const auto& [node, who] : owners)
+                for (const std::uint32_t one : who)
+                    for (const std::uint32_t other : who)
+                        if (one < other) ++overlaps, ordered += order.count({one, other}) + order.count({other, one});
+            CHECK(overlaps > 0);
+            CHECK(ordered == overlaps);
+            const auto longest = std::max_element(ranges.begin(), ranges.end(), [](const auto& a, const auto& b) {
+                return a.end - a.first < b.end - b.first;
+            });
+            CHECK(longest->end - longest->first == (edge == 5 ? 1 : 8));
         }
-        CHECK(seen.size() == blocks.size());
-        CHECK(longest == (edge == 5 ? 1 : 8));
+        CHECK(orders[0] == orders[1]);
     }
 }
 
