@@ -62,7 +62,7 @@ def render(
     """Draws the frames in `folder`; returns the folder of the PNGs, poster.png and animation.mp4.
 
     Particles are spheres, coloured by body or by the field `color` (the magnitude of vectors, over a range that holds
-    for all frames). Raises InputError when a package, OpenGL, the frames or the field are missing.
+    for all frames). One camera for all frames sees everything but what has flown far from its body (`in_sight`). Raises InputError when a package, OpenGL, the frames or the field are missing.
     """
     if missing := missing_parts():
         raise InputError(missing)
@@ -70,15 +70,17 @@ def render(
     numbers = source.select(frames, every)
     target = Path(output) if output is not None else source.folder / "pictures"
     target.mkdir(parents=True, exist_ok=True)
-    painter = _FieldColors(source, numbers, color) if color else _BodyColors(source, numbers[0])
-    stage = _stage(source, numbers, size)
+    bodies = _bodies(source, numbers[0])
+    painter = _FieldColors(source, numbers, color) if color else _BodyColors(bodies)
+    stage = _stage(source, numbers, size, bodies)
     poster = _poster_frame(source, numbers)
     video = target / "animation.mp4"
     with _Video(video, source.frame_rate / every) as film:
         for number, image in _draw(source, numbers, stage, painter, progress):
             _save(image, target / f"frame.{number:04d}.png")
             film.add(image)
-    stage.aim(source.read(poster, "x").astype(float), source.time(poster))  # closer: the others share a camera
+    x = source.read(poster, "x").astype(float)
+    stage.aim(x[in_sight(x, source.read(min(source.files), "x"), bodies)], source.time(poster))  # closer: the others share a camera
     _, image = next(_draw(source, [poster], stage, painter, progress=False))
     _save(image, target / "poster.png")
     stage.close()
@@ -91,20 +93,42 @@ def _draw(
     start = time.perf_counter()
     for done, number in enumerate(numbers, 1):
         x = source.read(number, "x")
-        yield number, painter.label(stage.draw(x, painter.albedo(number, len(x)), source.time(number)))
+        yield number, painter.label(stage.draw(x, painter.albedo(number), source.time(number)))
         if progress:
             pace = (time.perf_counter() - start) / done
             console(stderr=True).print(f"picture {done}/{len(numbers)}  {pace:.2f} s each")
 
 
-def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> Stage:
+def _bodies(source: FrameFolder, first: int) -> Array:
+    """Each particle's body: by the field `body`, else by `material`, else by the pieces the first frame consists of."""
+    named = [name for name in ("body", "material") if source.has(first, name)]
+    return source.read(first, named[0]).astype(int) if named else pieces(source.read(min(source.files), "x"))
+
+
+def in_sight(x: Array, start: Array, bodies: Array) -> Array:
+    """Whether the camera keeps each particle in the picture: all but those, at most one in twenty of a body, that are more
+    than half of the body's radius farther from its middle than at the start."""
+    kept = np.ones(len(x), bool)
+    for body in np.unique(bodies):
+        own = bodies == body
+        before, now = (np.linalg.norm(at[own] - np.median(at[own], axis=0), axis=1) for at in (start, x))
+        kept[own] = now - before <= max(0.5 * before.max(), np.quantile(now - before, 0.95))
+    return kept
+
+
+def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int], bodies: Array) -> Stage:
     from .scenery import obstacles
     from .stage import Stage
 
-    first = source.read(numbers[0], "x")
+    first, start = source.read(numbers[0], "x"), source.read(min(source.files), "x")
     h = spacing_of(first)
     clouds = [source.read(n, "x") for n in numbers]
-    sample = np.concatenate([x[:: max(1, len(x) // POINTS_FOR_CAMERA)] for x in clouds]).astype(float)
+    for number, x in zip(numbers, clouds):
+        if len(x) != len(start):
+            raise InputError(f"frame {number} has {len(x)} particles, the first one {len(start)}")
+    some = slice(None, None, max(1, len(first) // POINTS_FOR_CAMERA))
+    shown = [x[some][in_sight(x[some], start[some], bodies[some])] for x in clouds]
+    sample = np.concatenate(shown).astype(float)
     bottom = float(min(x[:, 1].min() for x in clouds))
     floor = source.ground()
     ground = bottom - 0.5 * h if floor is None else min(floor, bottom)
@@ -113,7 +137,15 @@ def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int]) -> St
 
 
 def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:
-    """The first impact, when energy.csv shows one; else the middle frame."""
+    """Where bodies break, the first frame with a third of the pieces that fragments.csv ends with; else the first impact that
+    energy.csv shows; else the middle frame."""
+    table = source.folder / "fragments.csv"
+    if table.exists():
+        times = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)["time"]
+        moments, count = np.unique(times, return_counts=True)
+        if count[-1] > count[0]:
+            broken = moments[first_share(count - count[0], 1 / 3)]
+            return min(numbers, key=lambda n: abs(source.time(n) - float(broken)))
     table = source.folder / "energy.csv"
     if table.exists():
         elastic = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)["elastic"]
@@ -121,6 +153,11 @@ def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:
         if shown and np.isfinite(elastic).all() and elastic.max() > 0:
             return shown[first_peak(elastic[np.array(shown) - 1])]
     return numbers[len(numbers) // 2]
+
+
+def first_share(values: Array, share: float) -> int:
+    """Index of the first value that reaches a share of the last one."""
+    return int(np.argmax(values >= share * values[-1]))
 
 
 def first_peak(values: Array) -> int:
@@ -131,17 +168,12 @@ def first_peak(values: Array) -> int:
 
 
 class _BodyColors:
-    """One tint per body: by the field `body`, else by `material`, else by the pieces the first frame consists of."""
+    """One tint per body."""
 
-    def __init__(self, source: FrameFolder, first: int) -> None:
-        named = [name for name in ("body", "material") if source.has(first, name)]
-        start = min(source.files)
-        body = source.read(first, named[0]) if named else pieces(source.read(start, "x"))
-        self._albedo: Array = TINTS[body.astype(int) % len(TINTS)]
+    def __init__(self, bodies: Array) -> None:
+        self._albedo: Array = TINTS[bodies % len(TINTS)]
 
-    def albedo(self, number: int, count: int) -> Array:
-        if count != len(self._albedo):
-            raise InputError(f"frame {number} has {count} particles, the first one {len(self._albedo)}")
+    def albedo(self, number: int) -> Array:
         return self._albedo
 
     def label(self, image: Array) -> Array:
@@ -169,7 +201,7 @@ class _FieldColors:
         values = self._source.read(number, self._name).astype(float)
         return values if values.ndim == 1 else np.asarray(np.linalg.norm(values.reshape(len(values), -1), axis=1))
 
-    def albedo(self, number: int, count: int) -> Array:
+    def albedo(self, number: int) -> Array:
         share = (self._values(number) - self._low) / max(self._high - self._low, 1e-300)
         return np.asarray(self._map(np.clip(share, 0, 1)))[:, :3] ** 2.2
 

@@ -10,7 +10,7 @@ import pytest
 
 import perimpm
 from perimpm.cli import main
-from perimpm.render import first_peak, missing_parts, pieces
+from perimpm.render import first_peak, first_share, in_sight, missing_parts, pieces
 from perimpm.shading import Lighting, blur, spacing_of
 
 needs_gl = pytest.mark.skipif(bool(missing_parts()), reason=missing_parts())
@@ -57,10 +57,28 @@ def test_pieces() -> None:
     assert label[0] != label[125]
 
 
+def test_the_camera_lets_few_strays_go() -> None:
+    """A cube that turns and loses its last forty particles, and a small body far away."""
+    cube, small = lattice((0, 0, 0), (10, 10, 10), 0.1), lattice((50, 0, 0), (52, 2, 2), 0.1)
+    start, bodies = np.concatenate([cube, small]), np.repeat([0, 1], [len(cube), len(small)])
+    x = start.copy()
+    x[:1000] = x[:1000] @ [[0, -1, 0], [1, 0, 0], [0, 0, 1]] + [3, 0, 0]
+    assert in_sight(x, start, bodies).all()
+    x[960:1000] += [0, 40, 0]
+    assert np.flatnonzero(~in_sight(x, start, bodies)).tolist() == list(range(960, 1000))
+    x[500:1000] = x[500:1000] + [0, 40, 0]  # half of it is no stray
+    assert in_sight(x, start, bodies).mean() >= 0.95
+
+
 def test_first_peak() -> None:
     assert first_peak(np.array([0.0, 0.1, 0.0, 6.0, 8.0, 7.0, 9.0, 1.0])) == 4
     assert first_peak(np.array([0.0, 1.0, 2.0])) == 2
     assert first_peak(np.array([3.0])) == 0
+
+
+def test_first_share() -> None:
+    assert first_share(np.array([0, 1, 3, 9, 9]), 1 / 3) == 2
+    assert first_share(np.array([0, 6]), 1.0) == 1
 
 
 @needs_gl
@@ -90,7 +108,7 @@ def test_particles_without_the_field_are_grey(tmp_path: Path) -> None:
         frame["x"], frame["damage"] = np.zeros((4, 3)), [0.0, 0.5, np.nan, np.nan]
         frame["damage"].attrs["unit"] = "1"
     painter = _FieldColors(FrameFolder(tmp_path), [0], "damage")
-    colors = painter.albedo(0, 4)
+    colors = painter.albedo(0)
     assert colors[2:] == pytest.approx(np.array(WITHOUT * 2).reshape(2, 3) ** 2.2)
     assert np.ptp(colors[:2], axis=1).min() > 0.05
     assert painter._scale.startswith("damage: ") and painter._scale.endswith("grey: no damage")

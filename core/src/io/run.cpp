@@ -58,15 +58,12 @@ private:
         return options_.frames > 0 || advance(simulation_.scene().simulation.end_time);
     }
 
-    /// Steps to `target` [s]: the first step shows the bound, the rest of the way is shared out evenly, anew whenever
-    /// the bound shrinks.
+    /// Steps to `target` [s].
     bool advance(double target) {
-        double share = target - simulation_.time();
-        for (double left = share; left > kTimeTolerance * interval_; left = target - simulation_.time()) {
-            share = left / std::ceil(left / share - kTimeTolerance);
+        const auto left = [&] { return target - simulation_.time(); };
+        while (left() > kTimeTolerance * interval_) {
             const double before = simulation_.time();
-            share = simulation_.step(share, Simulation::Next::step);
-            require_progress(before, share);
+            require_progress(before, simulation_.step(left(), Simulation::Next::step));
             if (!go_on()) return false;
         }
         return true;

@@ -58,8 +58,8 @@ public:
     }
 
     /// `look`: somebody sees the particles before the next step.
-    double step(double longest, bool look) {
-        return explain([&] { return advance(longest, look); });
+    double step(double whole, bool look) {
+        return explain([&] { return advance(whole, look); });
     }
     void settle() {
         explain([&] { finish_step(); });
@@ -90,10 +90,10 @@ private:
     }
 
     /// One step of the method; the numbers are those of the paper's list (section 3).
-    double advance(double longest, bool look) {
+    double advance(double whole, bool look) {
         if (!gather_can_wait(world)) finish_step();
         accept_written();
-        world.dt = choose_time_step(world, longest);
+        world.dt = choose_time_step(world, whole);
         if (world.transfer_needs.grid)
             grid_step(look);
         else
@@ -191,8 +191,8 @@ Simulation::Simulation(Scene scene, int threads) : engine_{std::make_unique<Engi
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 
-double Simulation::step(double longest, Next next) {
-    return (*engine_)([&](auto& s) { return s.step(longest, next == Next::look); });
+double Simulation::step(double whole, Next next) {
+    return (*engine_)([&](auto& s) { return s.step(whole, next == Next::look); });
 }
 void Simulation::settle() {
     (*engine_)([](auto& s) { s.settle(); });

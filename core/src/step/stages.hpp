@@ -114,9 +114,9 @@ double grid_bound(const World<Real>& w, double wave_speed);
 /// The least bound: of the grid for the wave speed given, and of crack surfaces; without a grid the last measured one [s].
 template <class Real>
 double time_step_bound(const World<Real>& w, double wave_speed);
-/// The step to take, at most `longest` [s].
+/// The step to take, the first of equal ones that fill `whole` [s].
 template <class Real>
-double choose_time_step(World<Real>& w, double longest);
+double choose_time_step(World<Real>& w, double whole);
 template <class Real>
 Ledger take_ledger(World<Real>& w);
 template <class Real>

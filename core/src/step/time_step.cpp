@@ -107,7 +107,7 @@ double time_step_bound(const World<Real>& w, double wave_speed) {
 /// far bonds have been stretched so far counts: steps that followed their vibrations would drive them. What a grid's wave
 /// speed is measured to be counts from the next step on.
 template <class Real>
-double choose_time_step(World<Real>& w, double longest) {
+double choose_time_step(World<Real>& w, double whole) {
     const SimulationSpec& s = w.scene.simulation;
     const double bound = time_step_bound(w, w.wave_speed);
     if (!s.dt && !std::isfinite(bound))
@@ -125,7 +125,7 @@ double choose_time_step(World<Real>& w, double longest) {
         });
     double step = s.dt.value_or(s.safety * bound);
     if (w.relaxing) step = std::min(step, s.safety * bound);
-    step = evenly(step, longest);
+    step = evenly(step, whole);
     if (step > bound && w.unstable.step == 0) w.unstable = {w.steps + 1, step, bound};
     return step;
 }
