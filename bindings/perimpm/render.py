@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-#: Colour of particles without the field that colours show: of bodies whose law or material has none.
+#: Display colour of particles that lack the field shown.
 WITHOUT = (0.72, 0.72, 0.72)
 #: Linear colours that tell bodies apart, in the order of the bodies.
 TINTS = np.array(
@@ -62,7 +62,8 @@ def render(
     """Draws the frames in `folder`; returns the folder of the PNGs, poster.png and animation.mp4.
 
     Particles are spheres, coloured by body or by the field `color` (the magnitude of vectors, over a range that holds
-    for all frames). One camera for all frames sees everything but what has flown far from its body (`in_sight`). Raises InputError when a package, OpenGL, the frames or the field are missing.
+    for all frames). One camera for all frames sees everything but what has flown far from its body (`in_sight`).
+    Raises InputError when a package, OpenGL, the frames or the field are missing.
     """
     if missing := missing_parts():
         raise InputError(missing)
@@ -71,7 +72,7 @@ def render(
     target = Path(output) if output is not None else source.folder / "pictures"
     target.mkdir(parents=True, exist_ok=True)
     bodies = _bodies(source, numbers[0])
-    painter = _FieldColors(source, numbers, color) if color else _BodyColors(bodies)
+    painter = _FieldColors(source, numbers, color) if color else _BodyColors(source, bodies)
     stage = _stage(source, numbers, size, bodies)
     poster = _poster_frame(source, numbers)
     video = target / "animation.mp4"
@@ -80,7 +81,8 @@ def render(
             _save(image, target / f"frame.{number:04d}.png")
             film.add(image)
     x = source.read(poster, "x").astype(float)
-    stage.aim(x[in_sight(x, source.read(min(source.files), "x"), bodies)], source.time(poster))  # closer: the others share a camera
+    seen = in_sight(x, source.read(min(source.files), "x"), bodies)
+    stage.aim(x[seen], source.time(poster))  # closer: the others share a camera
     _, image = next(_draw(source, [poster], stage, painter, progress=False))
     _save(image, target / "poster.png")
     stage.close()
@@ -99,24 +101,28 @@ def _draw(
             console(stderr=True).print(f"picture {done}/{len(numbers)}  {pace:.2f} s each")
 
 
-def _bodies(source: FrameFolder, first: int) -> Array:
-    """Each particle's body: by the field `body`, else by `material`, else by the pieces the first frame consists of."""
+def _bodies(source: FrameFolder, first: int) -> Array | None:
+    """Each particle's body: by the field `body`, else by `material`, if frames have one of them."""
     named = [name for name in ("body", "material") if source.has(first, name)]
-    return source.read(first, named[0]).astype(int) if named else pieces(source.read(min(source.files), "x"))
+    return source.read(first, named[0]).astype(int) if named else None
 
 
-def in_sight(x: Array, start: Array, bodies: Array) -> Array:
+def in_sight(x: Array, start: Array, bodies: Array | None) -> Array:
     """Whether the camera keeps each particle in the picture: all but those, at most one in twenty of a body, that are more
-    than half of the body's radius farther from its middle than at the start."""
+    than half of the body's radius farther from its middle than at the start and well outside the others. Without bodies
+    all particles are one."""
+    body_of = np.zeros(len(x), int) if bodies is None else bodies
     kept = np.ones(len(x), bool)
-    for body in np.unique(bodies):
-        own = bodies == body
+    for body in np.unique(body_of):
+        own = body_of == body
         before, now = (np.linalg.norm(at[own] - np.median(at[own], axis=0), axis=1) for at in (start, x))
-        kept[own] = now - before <= max(0.5 * before.max(), np.quantile(now - before, 0.95))
+        outward = now - before
+        most, radius = (np.quantile(values, 0.95, method="higher") for values in (outward, now))
+        kept[own] = (outward <= max(0.5 * before.max(), most)) | (now <= 1.5 * radius)
     return kept
 
 
-def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int], bodies: Array) -> Stage:
+def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int], bodies: Array | None) -> Stage:
     from .scenery import obstacles
     from .stage import Stage
 
@@ -126,10 +132,9 @@ def _stage(source: FrameFolder, numbers: list[int], size: tuple[int, int], bodie
     for number, x in zip(numbers, clouds):
         if len(x) != len(start):
             raise InputError(f"frame {number} has {len(x)} particles, the first one {len(start)}")
-    some = slice(None, None, max(1, len(first) // POINTS_FOR_CAMERA))
-    shown = [x[some][in_sight(x[some], start[some], bodies[some])] for x in clouds]
-    sample = np.concatenate(shown).astype(float)
-    bottom = float(min(x[:, 1].min() for x in clouds))
+    seen = [x[in_sight(x, start, bodies)] for x in clouds]
+    sample = np.concatenate([x[:: max(1, len(x) // POINTS_FOR_CAMERA)] for x in seen]).astype(float)
+    bottom = float(min(x[:, 1].min() for x in seen))
     floor = source.ground()
     ground = bottom - 0.5 * h if floor is None else min(floor, bottom)
     scenery = obstacles(source.record.get("scene", {}), sample.min(axis=0), sample.max(axis=0))
@@ -141,9 +146,9 @@ def _poster_frame(source: FrameFolder, numbers: list[int]) -> int:
     energy.csv shows; else the middle frame."""
     table = source.folder / "fragments.csv"
     if table.exists():
-        times = np.genfromtxt(table, delimiter=",", names=True, ndmin=1)["time"]
+        times = np.loadtxt(table, delimiter=",", skiprows=1, usecols=0, ndmin=1)
         moments, count = np.unique(times, return_counts=True)
-        if count[-1] > count[0]:
+        if len(count) and count[-1] > count[0]:
             broken = moments[first_share(count - count[0], 1 / 3)]
             return min(numbers, key=lambda n: abs(source.time(n) - float(broken)))
     table = source.folder / "energy.csv"
@@ -168,10 +173,11 @@ def first_peak(values: Array) -> int:
 
 
 class _BodyColors:
-    """One tint per body."""
+    """One tint per body; where frames do not name bodies, per piece of the first frame."""
 
-    def __init__(self, bodies: Array) -> None:
-        self._albedo: Array = TINTS[bodies % len(TINTS)]
+    def __init__(self, source: FrameFolder, bodies: Array | None) -> None:
+        apart = pieces(source.read(min(source.files), "x")) if bodies is None else bodies
+        self._albedo: Array = TINTS[apart % len(TINTS)]
 
     def albedo(self, number: int) -> Array:
         return self._albedo
@@ -188,14 +194,18 @@ class _FieldColors:
 
         self._source, self._name = source, name
         self._map = matplotlib.colormaps["viridis"].with_extremes(bad=WITHOUT)
-        lows, highs = zip(*(np.nanpercentile(self._values(n), (0.5, 99.5)) for n in numbers))
-        self._low, self._high = float(min(lows)), float(max(highs))
-        outside = (v for n in numbers for v in (np.nanmin(self._values(n)), np.nanmax(self._values(n))))
-        beyond = any(v < self._low or v > self._high for v in outside)
-        some_lack_it = any(np.isnan(self._values(n)).any() for n in numbers)
+        lows, highs, leasts, mosts, lacks = zip(*(self._range(n) for n in numbers))
+        self._low, self._high = float(np.nanmin(lows)), float(np.nanmax(highs))
+        beyond = np.nanmin(leasts) < self._low or np.nanmax(mosts) > self._high
         unit = source.unit(numbers[0], name)
         self._scale = f"{name}: {self._low:.3g} to {self._high:.3g} {unit}".rstrip()
-        self._scale += (", some beyond" if beyond else "") + (f"; grey: no {name}" if some_lack_it else "")
+        self._scale += (", some beyond" if beyond else "") + ("; grey: lacks it" if any(lacks) else "")
+
+    def _range(self, number: int) -> tuple[float, float, float, float, bool]:
+        """Where most values of a frame are, its least and largest, and whether particles lack the field."""
+        values = self._values(number)
+        low, high = np.nanpercentile(values, (0.5, 99.5))
+        return low, high, np.nanmin(values), np.nanmax(values), bool(np.isnan(values).any())
 
     def _values(self, number: int) -> Array:
         values = self._source.read(number, self._name).astype(float)

@@ -49,7 +49,7 @@ std::string expected_words(const ParamSpec& spec) {
     return (choices.size() > 1 ? " or one of " : " or ") + words;
 }
 
-/// For the two usual slips: a model or shape named by its bare type, and one bracket too few.
+/// For the usual slips: a model or shape named by its bare type, one bracket too few, a number in quotes.
 std::string remedy(const Value& value, const ParamSpec& spec) {
     const bool takes_type = spec.kind == ParamKind::model ||
                             (spec.kind == ParamKind::table && std::string_view{spec.doc}.starts_with("{ type"));
@@ -57,6 +57,8 @@ std::string remedy(const Value& value, const ParamSpec& spec) {
         return fmt::format("\n  write {} = {{ type = {}, ... }}", spec.key, value.to_toml());
     if (spec.kind == ParamKind::list && value.is_table())
         return fmt::format("\n  write [[{0}]], with two brackets, above the keys of each {0}", spec.key);
+    const auto* text = std::get_if<std::string>(&value.data);
+    if (text && carries_number(spec) && reads_as_number(*text)) return "\n  write it without quotes";
     return "";
 }
 
@@ -81,6 +83,12 @@ std::vector<std::string> split_choices(const char* choices) {
     std::istringstream stream{choices};
     for (std::string word; std::getline(stream, word, '|');) words.push_back(word);
     return words;
+}
+
+bool reads_as_number(const std::string& text) {
+    std::istringstream stream{text};
+    double number = 0;
+    return stream >> number && stream.peek() == std::char_traits<char>::eof();
 }
 
 void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what) {

@@ -17,6 +17,9 @@ bool has_default(const ParamSpec& spec);
 /// "a|b|c" as a list.
 std::vector<std::string> split_choices(const char* choices);
 
+/// Whether a text is a number in quotes.
+bool reads_as_number(const std::string& text);
+
 /// Throws InputError: the key must be of the declared kind, and what it is instead.
 [[noreturn]] void refuse_kind(const Value& value, const ParamSpec& spec, const std::string& what);
 

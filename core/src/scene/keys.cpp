@@ -35,7 +35,9 @@ constexpr ParamSpec kSimulationTable[] = {
      .range = above(0.0),
      .default_text = "auto",
      .choices = "auto",
-     .doc = "time step, shortened so that equal ones fill a frame; \"auto\" takes `safety` times the stable one"},
+     .doc = "time step, shortened so that equal ones fill a frame; \"auto\" takes `safety` times the stable one; on a "
+            "grid "
+            "smaller steps damp more"},
     {.key = "safety",
      .range = {.low = 0.0, .high = 1.0, .high_open = false},
      .default_value = 0.8,

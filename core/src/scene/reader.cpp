@@ -6,9 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <sstream>
 #include <stdexcept>
-#include <string>
 
 #include "perimpm/error.hpp"
 #include "scene/checks.hpp"
@@ -20,13 +18,7 @@ namespace {
 /// Largest integer up to which every integer is a double: values reach plugins as double.
 constexpr std::int64_t kLargestInteger = std::int64_t{1} << 53;
 
-bool reads_as_number(const std::string& text) {
-    std::istringstream stream{text};
-    double number = 0;
-    return stream >> number && stream.peek() == std::char_traits<char>::eof();
-}
-
-/// Texts of choices must match; other kinds take one of their words instead of a value. False: not a word.
+/// Texts of choices must match; other kinds take one of their words instead of a value. False: no text, or a number in quotes.
 bool read_word(const Value& value, const ParamSpec& spec, const std::string& what, ParamValue& out) {
     const auto* text = std::get_if<std::string>(&value.data);
     if (!text || !spec.choices) return false;

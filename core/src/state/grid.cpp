@@ -14,7 +14,6 @@ namespace {
 /// From here on cubes of 2x2x2 blocks are coloured, whose particles follow each other in memory; fewer blocks are spread
 /// over the threads one by one.
 constexpr std::size_t kManyBlocks = 1024;
-constexpr std::uint32_t kNone = ~0u;
 
 /// What a block's four node planes across each axis are images of.
 struct BlockImages {
@@ -71,7 +70,9 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     for (std::size_t g = 0; g < keys_.size(); ++g) morton_decode(keys_[g], coordinates_.data() + 3 * g);
     for (std::size_t b = 0; b < blocks_.size(); ++b)
         for_each_neighbour(keys[b], [&](int n, std::uint64_t key) { blocks_[b].links[n] = block_number(key); });
-    find_schedule(keys, static_cast<std::uint32_t>(workers));
+    find_ranges(keys);
+    find_queues(static_cast<std::uint32_t>(workers));
+    find_needed();
     images_.clear();
     if (images.any()) find_images(images);
     find_shared();
@@ -85,39 +86,47 @@ void BlockGrid<Real>::rebuild(const std::vector<std::uint64_t>& keys, bool incre
     if (twice && increment) provide(next_increments_);
 }
 
-/// Every worker's queue has the ranges of a part of the blocks, colour by colour.
 template <class Real>
-void BlockGrid<Real>::find_schedule(const std::vector<std::uint64_t>& keys, std::uint32_t workers) {
-    const auto blocks = static_cast<std::uint32_t>(keys.size());
-    const int shift = blocks < kManyBlocks ? 0 : 1;
+void BlockGrid<Real>::find_ranges(const std::vector<std::uint64_t>& keys) {
+    const int shift = keys.size() < kManyBlocks ? 0 : 1;
     ranges_.clear();
-    for (std::uint32_t b = 0; b < blocks; ++b) {
+    for (std::uint32_t b = 0; b < keys.size(); ++b) {
         const std::int32_t* c = blocks_[b].coordinate;
         if (b > 0 && keys[b] >> 3 * shift == keys[b - 1] >> 3 * shift)
             ranges_.back().end = b + 1;
         else
             ranges_.push_back({b, b + 1, (c[0] >> shift & 1) | (c[1] >> shift & 1) << 1 | (c[2] >> shift & 1) << 2});
     }
+}
+
+/// Each worker's queue has the ranges of as many blocks, colour by colour.
+template <class Real>
+void BlockGrid<Real>::find_queues(std::uint32_t workers) {
     schedule_.queue.assign(1, 0);
     for (std::uint32_t worker = 0; worker < workers; ++worker) {
+        const std::uint64_t last = blocks_.size() * (worker + 1) / workers;
         const auto begin = ranges_.begin() + schedule_.queue.back();
-        const std::uint64_t share = std::uint64_t{blocks} * (worker + 1) / workers;
-        const auto end =
-            std::partition_point(begin, ranges_.end(), [&](const BlockRange& r) { return r.end <= share; });
+        const auto end = std::partition_point(begin, ranges_.end(), [&](const BlockRange& r) { return r.end <= last; });
         schedule_.queue.push_back(static_cast<std::uint32_t>(end - ranges_.begin()));
         std::sort(begin, end, [](const BlockRange& a, const BlockRange& b) {
             return std::pair(a.colour, a.first) < std::pair(b.colour, b.first);
         });
     }
-    range_of_.assign(keys_.size(), kNone);
-    constexpr int itself = kNeighbours / 2;
+}
+
+/// A range needs those of lower colours beside it.
+template <class Real>
+void BlockGrid<Real>::find_needed() {
+    constexpr std::uint32_t none = ~0u;
+    constexpr std::size_t itself = kNeighbours / 2;
+    range_of_.assign(keys_.size(), none);
     for (std::uint32_t r = 0; r < ranges_.size(); ++r)
         for (std::uint32_t b = ranges_[r].first; b < ranges_[r].end; ++b) range_of_[blocks_[b].links[itself]] = r;
     schedule_.row.assign(1, 0), schedule_.needed.clear();
     for (const BlockRange& range : ranges_) {
         for (std::uint32_t b = range.first; b < range.end; ++b)
             for (const std::uint32_t link : blocks_[b].links)
-                if (const std::uint32_t other = range_of_[link]; other != kNone && ranges_[other].colour < range.colour)
+                if (const std::uint32_t other = range_of_[link]; other != none && ranges_[other].colour < range.colour)
                     schedule_.needed.push_back(other);
         const auto begin = schedule_.needed.begin() + schedule_.row.back();
         std::sort(begin, schedule_.needed.end());

@@ -88,14 +88,16 @@ private:
     void add_blocks_inside(const DomainImages& images);
     void find_images(const DomainImages& images);
     void find_shared();
-    void find_schedule(const std::vector<std::uint64_t>& keys, std::uint32_t workers);
+    void find_ranges(const std::vector<std::uint64_t>& keys);
+    void find_queues(std::uint32_t workers);
+    void find_needed();
     std::uint32_t block_number(std::uint64_t key) const;
     template <class Copy>
     void for_each_run(const ParticleBlock& block, Copy copy) const;
 
     std::vector<ParticleBlock> blocks_;
     std::vector<BlockRange> ranges_;
-    std::vector<std::uint32_t> range_of_;  ///< by grid block: the range that holds its particles, or kNone
+    std::vector<std::uint32_t> range_of_;  ///< by grid block: the range that holds its particles, if any
     Schedule schedule_;
     std::vector<std::uint64_t> keys_;
     std::vector<std::int32_t> coordinates_;

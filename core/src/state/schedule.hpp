@@ -24,7 +24,8 @@ public:
         for (std::uint32_t i = 0; i < queue.back(); ++i) done_[i] = 0;
         stopped_ = false;
     }
-    /// Runs body(item) for items until none is left, beside other workers who do the same.
+    /// Runs body(item) for items until none is left, beside other workers who do the same. `own`: the queue to begin with,
+    /// any number. body must not wait for other tasks of its arena, which might be workers that wait for its item.
     template <class Body>
     void work(std::size_t own, const Body& body) {
         for (bool left = true; left && !stopped_;) {

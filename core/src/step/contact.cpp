@@ -107,6 +107,7 @@ double reach_of(const Material<Real>& m, std::size_t p, const Material<Real>& n,
     return std::min(touching, (start_of(m, other) - start_of(m, own)).norm());
 }
 
+/// Gathers what lies in the 27 cells about a cell.
 template <class Real>
 void look_around(const ContactCells<Real>& cells, const Cell& cell, ContactSearch<Real>& search) {
     std::size_t count = 0;
@@ -123,6 +124,7 @@ void look_around(const ContactCells<Real>& cells, const Cell& cell, ContactSearc
     search.count = count;
 }
 
+/// Of what was gathered, from `at` [m].
 template <class Real>
 void measure_distances(const Real* at, ContactSearch<Real>& search) {
     using Numbers = Eigen::Map<Eigen::Array<Real, Eigen::Dynamic, 1>>;

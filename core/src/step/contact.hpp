@@ -27,7 +27,7 @@ template <class Real>
 struct ContactSearch {
     std::size_t count = 0;                ///< of particles in the 27 cells about the one searched for
     std::vector<std::uint32_t> particle;  ///< these
-    std::vector<Real> x[3], apart2;       ///< where they are, and their squared distances
+    std::vector<Real> x[3], apart2;       ///< where they are [m], and their squared distances [m^2]
     std::vector<char> is_bonded;          ///< by particle: to the one whose pairs are looked for
 
     void make_room(std::size_t size) {

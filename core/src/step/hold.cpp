@@ -109,7 +109,7 @@ void scatter_held(World<Real>& w) {
         std::fill_n(all.momentum.data() + g * kBlockValues, kBlockValues, Real(0));
         std::fill_n(all.mass.data() + g * kBlockValues, kBlockValues, Real(0));
     });
-    for_each_block_in_turn(w, [&](std::uint32_t b) {
+    for_each_block_in_turn(w, [&](std::size_t b) {
         if (all.block_holds[b]) scatter_held_block(w, b);
     });
     for (const NodeImage& image : w.grid.images()) fold_held(w, image);

@@ -12,8 +12,8 @@ namespace perimpm {
 
 namespace {
 
-/// The longest of equal steps up to `step` that fill `whole`. A short step at the end of every frame would drive vibrations
-/// whose period is a few steps.
+/// The longest of equal steps up to `step` that fill `whole`: what is left of a frame, whose end may then halve a step if the
+/// bound shrinks there. A short step at the end of every frame would drive vibrations whose period is a few steps.
 double evenly(double step, double whole) {
     constexpr double kRounding = 1e-9, kMany = 1e6;
     const double count = std::ceil((1 - kRounding) * whole / step);

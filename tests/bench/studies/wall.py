@@ -1,7 +1,7 @@
 """Fragments of the broken wall (scenes/wall.toml, the first half of it) by criterion, with and without p_inactive, by crack_surface; what
 breaking costs.
 
-python tests/bench/studies/wall.py: writes wall.csv beside this file; a quarter of an hour on 2 cores. `dust`: share of the
+python tests/bench/studies/wall.py: writes wall.csv beside this file; four to ten minutes on 2 cores. `dust`: share of the
 wall's mass in pieces of fewer than 10 particles. `fracture`, `contact`, `fields` (sorting included): shares of the run's time.
 """
 

@@ -1,4 +1,7 @@
+#include <fmt/format.h>
+
 #include <cmath>
+#include <utility>
 
 #include "perimpm/error.hpp"
 #include "perimpm/io/run.hpp"
@@ -54,10 +57,12 @@ TEST_CASE("run: steps to the next frame are equal", "[io]") {
     CHECK_THAT(simulation.time(), WithinRel(0.02, 1e-9));
 }
 
-TEST_CASE("run: steps shrink with the bound, and no faster", "[io]") {
-    Overrides faster = kShort;  // at the end the box is four times as fast as its waves
-    faster.insert(faster.end(), {"simulation.gravity=[0, -400, 0]", "simulation.frame_rate=10"});
-    Simulation stepped(scene_from(kBox, faster), 1), framed(scene_from(kBox, faster), 1);
+TEST_CASE("run: steps follow the bound, down and up", "[io]") {
+    const auto [start, pull] = GENERATE(std::pair{"0", "-400"}, std::pair{"-40", "400"});  // c = 11 m/s
+    Overrides moving = kShort;
+    moving.insert(moving.end(), {fmt::format("simulation.gravity=[0, {}, 0]", pull), "simulation.frame_rate=10",
+                                 fmt::format("body.0.initial_velocity=[0, {}, 0]", start)});
+    Simulation stepped(scene_from(kBox, moving), 1), framed(scene_from(kBox, moving), 1);
     while (stepped.time() < 0.1) stepped.step();
     run(framed, {.folder = "", .frames = 2, .after_step = {}});
     CHECK_THAT(framed.time(), WithinRel(0.1, 1e-9));

@@ -104,7 +104,8 @@ TEST_CASE("reader: wrong kinds are refused with what was found", "[scene]") {
     CHECK(contains(refusal("on = 1"), "'on' in thing must be true or false, got an integer (1)"));
     CHECK(contains(refusal("mode = 1"), "'mode' in thing must be one of \"fast\", \"exact\", got an integer (1)"));
     CHECK(contains(refusal("dt = true"), "'dt' in thing must be a number [s] or \"auto\", got a boolean (true)"));
-    CHECK(contains(refusal("dt = \"1e-4\""), "'dt' in thing must be a number [s] or \"auto\", got a text (\"1e-4\")"));
+    CHECK(contains(refusal("dt = \"1e-4\""),
+                   "'dt' in thing must be a number [s] or \"auto\", got a text (\"1e-4\")\n  write it without quotes"));
     CHECK(contains(refusal("label = 3"), "'label' in thing must be a text, got an integer (3)"));
     CHECK(contains(refusal("point = 3"), "'point' in thing must be a list of 3 numbers [m], got an integer (3)"));
     CHECK(contains(refusal("inner = []"), "'inner' in thing must be a table, got a list"));

@@ -38,6 +38,23 @@ TEST_CASE("schedule: items run once, after those that they need", "[state]") {
     }
 }
 
+TEST_CASE("schedule: one worker does it all, wherever it begins", "[state]") {
+    Schedule schedule;
+    schedule.queue = {0, 2, 3, 3, 4}, schedule.row = {0, 0, 1, 1, 3}, schedule.needed = {3, 0, 2};
+    for (const std::size_t own : {0, 2, 7}) {
+        std::vector<std::uint32_t> ran;
+        schedule.start();
+        schedule.work(own, [&](std::uint32_t item) { ran.push_back(item); });
+        REQUIRE(ran.size() == 4);
+        const auto place = [&](std::uint32_t item) { return std::find(ran.begin(), ran.end(), item); };
+        CHECK(place(0) < place(3));
+        CHECK(place(2) < place(3));
+        CHECK(place(3) < place(1));
+    }
+    Schedule empty;
+    Threads(2).run(empty, [](std::uint32_t) { FAIL("there is no item"); });
+}
+
 TEST_CASE("schedule: an item that throws ends the run, and the schedule can run again", "[state]") {
     Schedule schedule;
     schedule.queue = {0, 2, 4}, schedule.row = {0, 0, 1, 1, 2}, schedule.needed = {0, 0};
