@@ -66,7 +66,8 @@ public:
     /// memory traffic. All members see the particles as they should be in either case, since they settle first (and may
     /// throw SimulationError); bits are the same.
     enum class Next { look, step };
-    /// Advances one step, the first of equal ones that fill `whole` [s]; by default as long as is stable. Returns the step taken [s]. Throws SimulationError.
+    /// Advances one step, the first of equal ones that fill `whole` [s]; by default as long as is stable. Returns the step
+    /// taken [s]. Throws SimulationError.
     double step(double whole = 1e300, Next next = Next::look);
     /// Moves particles that wait for the next step. Throws SimulationError.
     void settle();
