@@ -4,6 +4,7 @@
 
 #include "bind.hpp"
 #include "perimpm/error.hpp"
+#include "perimpm/io/run.hpp"
 #include "perimpm/scene/scene.hpp"
 
 namespace perimpm::python {
@@ -97,6 +98,7 @@ void bind_scene(py::module_& m) {
             "end_time", [](const Scene& s) { return s.simulation.end_time; }, "[s]")
         .def_property_readonly(
             "frame_rate", [](const Scene& s) { return s.simulation.frame_rate; }, "[1/s]")
+        .def_property_readonly("last_frame", &last_frame, "Number of the last frame of a run to the end.")
         .def(
             "to_toml", [](const Scene& s) { return s.source.to_toml(); }, "The tree that was read, as TOML.")
         .def(

@@ -17,6 +17,7 @@ from .particles import Particles, ViewWatch
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 _SELDOM_MEANT = 5e6  # steps of a run
+_ROUNDING = 1e-9  # of the time between two frames
 Field = Union[Sequence[Any], npt.NDArray[Any], Callable[[npt.NDArray[Any], float], Any]]
 
 
@@ -63,6 +64,7 @@ class Simulation:
         for text in self._core.plan.warnings:
             warnings.warn(text, stacklevel=2)
         self.title: str = checked.title
+        self._end_time, self._frame_rate, self._last_frame = checked.end_time, checked.frame_rate, checked.last_frame
 
     def run(
         self, frames: int | None = None, output: str | os.PathLike[str] | None = None, progress: bool = False
@@ -84,9 +86,21 @@ class Simulation:
         if frames is None and plan.steps > _SELDOM_MEANT:
             text = f"{plan.steps:.0e} steps of {plan.dt:.1e} s to the scene's end: are all values in SI units (m, kg/m^3, Pa, s)?"
             warnings.warn(text, stacklevel=2)
+        if frames is None and output is not None:
+            self._warn_of_lost_end()
         folder = "" if output is None else os.fspath(output)
         with self._watch.around_steps(self._core), reporter(progress) as report:
             self._core.run(folder, frames or 0, report)
+
+    def _warn_of_lost_end(self) -> None:
+        shown = (self._last_frame - 1) / self._frame_rate
+        if (self._end_time - shown) * self._frame_rate > _ROUNDING:
+            text = (
+                f"end_time = {self._end_time:g} s is no whole number of frames: the last one, {self._last_frame}, shows "
+                f"t = {shown:.6g} s, and what comes after it is not written\n"
+                f"  next: end_time = {self._last_frame / self._frame_rate!r} s, or a frame_rate that divides it"
+            )
+            warnings.warn(text, stacklevel=3)
 
     def step(self, n: int = 1) -> float:
         """Advances `n` steps; returns the length of the last one [s]."""

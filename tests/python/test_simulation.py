@@ -151,6 +151,19 @@ def test_very_many_steps_are_announced(box: dict[str, Any], monkeypatch: pytest.
         perimpm.Simulation(box).run(frames=2)
 
 
+def test_an_end_between_two_frames_is_announced(box: dict[str, Any], tmp_path: Path) -> None:
+    box["simulation"].update(end_time=0.02, frame_rate=60.0)
+    with pytest.warns(UserWarning, match="the last one, 2, shows t = 0.0166667 s") as warned:
+        perimpm.Simulation(box).run(output=tmp_path)
+    assert len(list(tmp_path.glob("frame.*.h5"))) == 2
+    box["simulation"]["end_time"] = float(str(warned[0].message).split("next: end_time = ")[1].split()[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        perimpm.Simulation(box).run(output=tmp_path)
+        perimpm.Simulation(box).run()  # writes nothing, loses nothing
+    assert len(list(tmp_path.glob("frame.*.h5"))) == 3
+
+
 @pytest.mark.parametrize("wish", [{"residual": -1.0}, {"residual": float("nan")}, {"max_steps": 0}, {"max_steps": 1.5}])
 def test_relax_refuses_what_cannot_end(wish: dict[str, float]) -> None:
     sim = perimpm.Simulation(scene(LOCAL, trees.box([0.0] * 3, [0.2] * 3), 0.05))

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -95,6 +96,7 @@ public:
         b.family.shape = constants_.shape.data() + first;
         b.family.length = constants_.length.data();
         if (in_slices) b.family.slices = constants_.slices.view();
+        if (in_slices && in_rows) b.family.rows = constants_.rows.view();
         b.family.y = x_.view();
         for (std::size_t k = 0; k < constants_.declared.size(); ++k)
             b.bond_constants[k] = constants_.declared[k].data();
@@ -109,12 +111,19 @@ public:
     }
     Real largest_stretch = 0;  ///< of the last `evaluate`
     bool in_slices = true;     ///< whether laws see slices of families
+    bool in_rows = true;       ///< whether laws see rows of a lattice
     bool may_break = true;     ///< whether laws see that bonds may break
     /// Slices that laws may take together, and all of them.
     std::array<std::ptrdiff_t, 2> slices() const {
         const auto& all = constants_.slices.slice;
         const auto may = [](const perimpm::Slice& slice) { return slice.size > 0; };
         return {std::count_if(all.data(), all.data() + all.size(), may), static_cast<std::ptrdiff_t>(all.size())};
+    }
+    /// Particles in rows of a lattice that laws may take together.
+    std::size_t in_lattice_rows() const {
+        const auto& all = constants_.rows.row;
+        return std::accumulate(all.data(), all.data() + all.size(), std::size_t{0},
+                               [](std::size_t sum, const perimpm::LatticeRow& row) { return sum + row.size; });
     }
     /// Stress or force of all particles, in blocks of at most `chunk` particles.
     void evaluate(std::size_t chunk = ~std::size_t{0}) {

@@ -43,9 +43,7 @@ private:
     }
 
     std::uint32_t last_frame() const {
-        if (options_.frames > 0) return options_.frames;
-        const double end = simulation_.scene().simulation.end_time;
-        return static_cast<std::uint32_t>(std::floor(end / interval_ + kTimeTolerance)) + 1;
+        return options_.frames > 0 ? options_.frames : perimpm::last_frame(simulation_.scene());
     }
 
     bool run_frames() {
@@ -101,6 +99,11 @@ private:
 };
 
 }  // namespace
+
+std::uint32_t last_frame(const Scene& scene) {
+    const double interval = 1.0 / scene.simulation.frame_rate;
+    return static_cast<std::uint32_t>(std::floor(scene.simulation.end_time / interval + kTimeTolerance)) + 1;
+}
 
 bool run(Simulation& simulation, const RunOptions& options) { return Runner(simulation, options).run(); }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <vector>
 
 #include "perimpm/model/field.hpp"
 
@@ -38,6 +39,13 @@ private:
     std::unique_ptr<T, Delete> data_;
     std::size_t size_ = 0;
 };
+
+template <class T>
+AlignedArray<T> aligned(const std::vector<T>& items) {
+    AlignedArray<T> array(items.size());
+    std::copy_n(items.data(), items.size(), array.data());
+    return array;
+}
 
 /// One field's storage: components apart, each on a 64-byte boundary, without holes between entries; or packed, the
 /// entries side by side in whole quads.

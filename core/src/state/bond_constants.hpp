@@ -6,6 +6,7 @@
 #include "perimpm/model/constitutive_law.hpp"
 #include "state/array.hpp"
 #include "state/bonds.hpp"
+#include "state/lattice_rows.hpp"
 
 namespace perimpm {
 
@@ -34,6 +35,7 @@ struct BondConstants {
     AlignedArray<Real> length;                 ///< |X| [m]
     std::vector<AlignedArray<Real>> declared;  ///< the law's, in the order of declaration; those of slices last
     BondSlices<Real> slices;
+    BondRows<Real> rows;
 
     /// Lengths, and every declared number at its initial value; nothing is shared yet. `reference`: positions packed by
     /// four in the precision that forces are computed in: a bond in its reference state then has no extension, not even

@@ -43,6 +43,7 @@ void require_sound_law(const LawNeeds& needs, const ModelSpec& spec) {
     require_sound(!needs.bonds || needs.horizon > 0, spec, "a law with bonds needs a horizon above 0");
     require_sound(needs.lanes == 0 || (std::has_single_bit(needs.lanes) && needs.lanes <= Slices<float>::kMostLanes),
                   spec, "families go side by side in 1, 2, 4, 8 or 16 lanes");
+    require_sound(!needs.rows || needs.lanes > 0, spec, "a law takes rows of a lattice only beside slices");
     require_sound(
         std::max({needs.particle_state.size, needs.bond_state.size, needs.bond_constants.size}) <= kMaxStateFields,
         spec, fmt::format("it declares more than {} state fields", kMaxStateFields).c_str());

@@ -181,6 +181,7 @@ private:
             own("bonds.row", m.bonds.row.bytes()), own("bonds.neighbour", m.bonds.neighbour.bytes());
             own("bonds.shape", m.constants.shape.bytes());
             own("bonds.slices", m.constants.slices.bytes());
+            own("bonds.rows", m.constants.rows.bytes());
             own("bonds.length", m.constants.length.bytes());
             own("bonds.broken", m.bonds.broken.bytes() + m.bonds.damage.bytes() + m.bonds.share.bytes());
             for (StateField<Real>& s : m.particle_state) own(s.spec.name, s.values.bytes());

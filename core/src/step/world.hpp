@@ -233,6 +233,7 @@ Block<Real> make_block(World<Real>& w, Material<Real>& m, std::size_t first, std
         b.family.shape = m.constants.shape.data() + first;
         b.family.length = m.constants.length.data();
         b.family.slices = m.constants.slices.view();
+        b.family.rows = m.constants.rows.view();
         b.family.y = w.x.view().from(m.begin);
     }
     return b;

@@ -45,6 +45,25 @@ TEMPLATE_TEST_CASE("simd: neither touches memory beyond its count", "[math]", fl
     }
 }
 
+TEMPLATE_TEST_CASE("simd: a load between two lanes holds these, then 0", "[math]", float, double) {
+    constexpr auto kSize = static_cast<std::ptrdiff_t>(kLanes<TestType>);
+    std::vector<TestType> numbers(kLanes<TestType>);
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<TestType>(i + 1);
+    for (std::ptrdiff_t begin = -2; begin <= kSize + 2; ++begin)
+        for (std::ptrdiff_t end = -2; end <= kSize + 2; ++end) {
+            const Pack<TestType> pack = load_between(numbers.data(), begin, end);
+            for (std::ptrdiff_t i = 0; i < kSize; ++i)
+                CHECK(pack[static_cast<std::size_t>(i)] == (i >= begin && i < end ? static_cast<TestType>(i + 1) : 0));
+        }
+}
+
+TEMPLATE_TEST_CASE("simd: a rounded product is rounded before it is added", "[math]", float, double) {
+    const TestType a = 1 + std::numeric_limits<TestType>::epsilon();
+    const volatile TestType square = a * a;
+    const Pack<TestType> sum = rounded(Pack<TestType>(a) * Pack<TestType>(a)) - Pack<TestType>(square);
+    CHECK(all_of(sum == TestType(0)));
+}
+
 TEMPLATE_TEST_CASE("simd: packs select and compare lane by lane, as numbers do", "[math]", float, double) {
     using P = Pack<TestType>;
     const P even([](std::size_t lane) { return static_cast<TestType>(lane % 2 == 0 ? lane : 0); });

@@ -27,6 +27,9 @@ struct RunOptions {
     std::function<bool(const Progress&)> after_step;
 };
 
+/// Number of the last frame of a run to the scene's end.
+PERIMPM_API std::uint32_t last_frame(const Scene& scene);
+
 /// Runs to the end: frame 1 at t = 0, then one frame every 1/frame_rate seconds, each reached by equal steps; writes
 /// frames, energy.csv and run.json after every frame. In energy.csv total = kinetic + elastic + potential, and
 /// dissipated = the first row's total - total: what models, transfers, contact and rounding have taken since, less the

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <experimental/simd>
 #include <type_traits>
+#include <utility>
 
 #ifdef __AVX512F__
 #include <immintrin.h>
@@ -21,6 +22,13 @@ template <class Real>
 using Pack = std::experimental::native_simd<Real>;
 template <class Real>
 inline constexpr std::size_t kLanes = Pack<Real>::size();
+
+/// How many packs registers hold.
+#if defined(__AVX512F__) || defined(__aarch64__)
+inline constexpr int kRegisters = 32;
+#else
+inline constexpr int kRegisters = 16;
+#endif
 
 template <class Real>
 PERIMPM_INLINE Real select(bool mask, Real yes, Real no) {
@@ -53,6 +61,22 @@ PERIMPM_INLINE bool all(const std::experimental::simd_mask<Real, Abi>& mask) {
     return all_of(mask);
 }
 
+/// A product that is rounded before it is added. In a b + c d compilers merge either product with the sum, and not always
+/// the same one.
+template <class Real, class Abi>
+PERIMPM_INLINE std::experimental::simd<Real, Abi> rounded(const std::experimental::simd<Real, Abi>& product) {
+    typedef Real Lanes __attribute__((vector_size(sizeof product)));
+    auto lanes = __builtin_bit_cast(Lanes, product);
+#if defined(__x86_64__)
+    asm("" : "+v"(lanes));
+#elif defined(__aarch64__)
+    asm("" : "+w"(lanes));
+#else
+    asm("" : "+m"(lanes));
+#endif
+    return __builtin_bit_cast(std::experimental::simd<Real, Abi>, lanes);
+}
+
 /// The first `count` lanes.
 template <class Real>
 PERIMPM_INLINE typename Pack<Real>::mask_type first_lanes(std::size_t count) {
@@ -81,6 +105,27 @@ PERIMPM_INLINE Pack<Real> load(const Real* from, std::size_t count, Real rest = 
     return pack;
 }
 
+/// Loads lanes `begin` to `end` - 1 of consecutive numbers; the others hold 0 and their memory is not touched.
+template <class Real>
+PERIMPM_INLINE Pack<Real> load_between(const Real* from, std::ptrdiff_t begin, std::ptrdiff_t end) {
+    constexpr std::ptrdiff_t kEnd = kLanes<Real>;
+    begin = begin < 0 ? 0 : begin > kEnd ? kEnd : begin;
+    end = end < begin ? begin : end > kEnd ? kEnd : end;
+#ifdef __AVX512F__
+    const auto lanes = (1u << end) - (1u << begin);
+    if constexpr (std::is_same_v<Real, float>)
+        return __builtin_bit_cast(Pack<Real>, _mm512_maskz_loadu_ps(static_cast<__mmask16>(lanes), from));
+    else
+        return __builtin_bit_cast(Pack<Real>, _mm512_maskz_loadu_pd(static_cast<__mmask8>(lanes), from));
+#else
+    const Pack<Real> lane([](auto i) { return static_cast<Real>(i); });
+    Pack<Real> pack(0);
+    where(lane >= static_cast<Real>(begin) && lane < static_cast<Real>(end), pack)
+        .copy_from(from, std::experimental::element_aligned);
+    return pack;
+#endif
+}
+
 /// Stores the first `count` lanes; memory of the others is not touched.
 template <class Real>
 PERIMPM_INLINE void store(Real* to, const Pack<Real>& pack, std::size_t count) {
@@ -91,6 +136,15 @@ PERIMPM_INLINE void store(Real* to, const Pack<Real>& pack, std::size_t count) {
 #else
     where(first_lanes<Real>(count), pack).copy_to(to, std::experimental::element_aligned);
 #endif
+}
+
+/// Calls body(0) to body(kCount - 1), each number a constant: what it indexes can stay in registers.
+template <int kCount, class Body>
+PERIMPM_INLINE void unrolled(Body body) {
+    [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) PERIMPM_INLINE_LAMBDA {
+        (body(std::integral_constant<int, kIndex>()), ...);
+    }
+    (std::make_integer_sequence<int, kCount>());
 }
 
 /// Scalar type below a pack.

@@ -41,6 +41,38 @@ struct Slices {
     const Real* sum = nullptr;             ///< sum S |X|^2 over the bonds on an axis, S the constant LawNeeds::axial
 };
 
+/// Particles of a lattice side by side in memory and along an axis, all of whose bonds its RowNeighbours show.
+struct LatticeRow {
+    std::uint32_t first = 0, size = 0;            ///< its particles: places 0 to size - 1
+    std::uint32_t axis = 0;                       ///< 0, 1 or 2: along it; the next two, modulo 3, are across
+    std::uint32_t neighbours = 0;                 ///< its first RowNeighbour, by falling reach
+    std::uint32_t count = 0;                      ///< how many
+    std::int32_t begin = 0, end = 0;              ///< places of the row and of every RowNeighbour of reach > 0
+    std::int32_t whole_begin = 0, whole_end = 0;  ///< places at which all of these have a particle
+};
+
+/// A row beside another, or the same: the particle at place z of the one has bonds with those at places z - reach to
+/// z + reach of the other, as far as there are any, but not with itself.
+template <class Real>
+struct RowNeighbour {
+    static constexpr std::uint32_t kMostReach = 2;
+    std::int32_t offset = 0;          ///< in memory, to the particle at the same place
+    std::int32_t begin = 0, end = 0;  ///< places at which there is one
+    std::uint32_t reach = 0;
+    Real across[3] =
+        {};  ///< X at the same place, its last component along the row: there 0; reach 0: w V X of the bond
+    Real weight[kMostReach + 1] = {};  ///< w V of the bonds d places along, w the constant LawNeeds::shared, else 1
+    Real along[kMostReach + 1] = {};   ///< w V times X along the row
+};
+
+/// Rows of one material in the order of their particles, each RowNeighbour of the same bits kept once.
+template <class Real>
+struct LatticeRows {
+    const LatticeRow* row = nullptr;
+    std::uint32_t count = 0;
+    const RowNeighbour<Real>* neighbour = nullptr;
+};
+
 /// Bond families of one material in compressed rows. Indices count from the material's first particle.
 /// Positions are packed by four so that a neighbour costs one load: x of entry j is position[4 j .. 4 j + 2], likewise
 /// X, which V follows in reference[4 j + 3].
@@ -59,8 +91,9 @@ struct Families {
     const std::uint32_t* shape = nullptr;      ///< first constant of the block's particle i
     const Real* length = nullptr;              ///< constant: |X|, from `reference` in the same precision [m]
     Slices<Real> slices;                       ///< the same families side by side, for laws that ask for them
-    bool is_cut = false;                       ///< bonds of the material broke: families of slices may go one by one
-    Field<const Real> y;                       ///< position of every particle again, by component
+    LatticeRows<Real> rows;                    ///< the same families as rows of a lattice, likewise
+    bool is_cut = false;  ///< bonds of the material broke: families of slices and rows may go one by one
+    Field<const Real> y;  ///< position of every particle again, by component
 
     bool is_broken(std::uint32_t slot) const { return broken && (broken[slot >> 6] >> (slot & 63) & 1); }
     /// The flags of the 32 bonds from `slot` on, the first one's lowest; only where there are flags.

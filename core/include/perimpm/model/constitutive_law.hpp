@@ -49,6 +49,8 @@ struct LawNeeds {
     int axial = -1;                ///< bond laws: constant of bonds that slices sum by axis; -1: none
     int shared = -1;  ///< bond laws: constant that families with the same X and V share, which slices show in
                       ///< `moment` alone; -1: none
+    bool rows =
+        false;  ///< bond laws: whether `evaluate` takes rows of a lattice together; with `lanes`, where slices exist
     FieldSpecs particle_state = {};
     FieldSpecs bond_state = {};
     FieldSpecs bond_constants = {};  ///< numbers of bonds that `initialise` sets and nothing changes

@@ -59,6 +59,7 @@ public:
                    .lanes = form_ == Form::paper ? 0 : static_cast<std::uint32_t>(kLanes<Real>),
                    .axial = form_ == Form::variational ? at_.own : -1,
                    .shared = at_.influence,
+                   .rows = form_ == Form::variational,
                    .moduli = {moduli_.sum() / lattice_.modulus_of_young(), lattice_.poisson_ratio()},
                    .volumes = influence_.volumes(),
                    .opening_energy = opening_energy_};

@@ -2,6 +2,7 @@
 
 #include "perimpm/peridynamics/averaged_bond_params.hpp"
 #include "perimpm/peridynamics/averaged_slice.hpp"
+#include "perimpm/peridynamics/row_sums.hpp"
 
 /*! Forces of the laws of Lyu et al. 2019, from what their first pass left of each family (averaged_bonds.hpp). Equation
     numbers are in plugins/constitutive/pd_elastic.cpp. Whole blocks are calls of their own, as in average_families. */
@@ -90,35 +91,81 @@ Real force_of_energy(Block<Real>& b, const BondFields& at, std::uint32_t i) {
     }
     return b.particle_state[AveragedState::extension][0][i];
 }
-/// Of the families of a slice, which have X in common; returns the largest relative extension.
+/// Force of `count` particles from i on, at most a pack, from sum w^ V_q H_q X; returns their relative extensions. Loads come
+/// first: their branches for part of a pack must not come between a product and its sum, which whole packs round as one.
 template <class Real>
-Real force_of_energy(Block<Real>& b, const AveragedSlice<Real>& slice) {
+PERIMPM_INLINE Pack<Real> put_force(Block<Real>& b, std::uint32_t i, std::size_t count, const Pack<Real> there[3]) {
     using P = Pack<Real>;
-    const Field<Real>& stress = b.family_state[AveragedState::averaged_stress];
-    const FamilySlice<Real>& families = slice.families();
-    P there[3];
-    slice.sum_stress(stress, there);
-    const P volume = families.at(b.volume);
+    const auto at = [&](const Real* of_block) PERIMPM_INLINE_LAMBDA { return load(of_block + i, count); };
+    P stress[9], moment[3], known[3];
+    for (std::size_t c = 0; c < 9; ++c) stress[c] = at(b.particle_state[AveragedState::averaged_stress][c]);
+    for (std::size_t c = 0; c < 3; ++c) {
+        moment[c] = at(b.particle_state[AveragedState::moment][c]);
+        known[c] = at(b.particle_state[AveragedState::known_force][c]);
+    }
+    const P volume = at(b.volume);
+    P force[3];
     for (std::size_t c = 0; c < 3; ++c) {
         P here(0);
-        for (std::size_t k = 0; k < 3; ++k)
-            here += families.at(b.particle_state[AveragedState::averaged_stress][3 * c + k]) *
-                    families.at(b.particle_state[AveragedState::moment][k]);
-        there[c] = families.at(b.particle_state[AveragedState::known_force][c]) + volume * (here + there[c]);
+        for (std::size_t k = 0; k < 3; ++k) here += stress[3 * c + k] * moment[k];
+        force[c] = known[c] + volume * (here + there[c]);
     }
-    families.write(there, b.force);
-    return hmax(families.at(b.particle_state[AveragedState::extension][0]));
+    for (std::size_t c = 0; c < 3; ++c) store(b.force[c] + i, force[c], count);
+    return at(b.particle_state[AveragedState::extension][0]);
 }
+/// Of the rows of a lattice, whatever bonds they lost. First b.force holds their sums w^ V_q H_q X, one component of all rows
+/// after the other: a row's neighbours are then still in the cache when the row beside it asks for them.
+template <class Real>
+Pack<Real> force_of_rows(Block<Real>& b) {
+    using P = Pack<Real>;
+    const Field<Real>& stress = b.family_state[AveragedState::averaged_stress];
+    for (std::size_t r = 0; r < 3; ++r)
+        for_each_row(b, [&](const LatticeRow& row, std::uint32_t begin, std::uint32_t end) {
+            const std::int32_t offset = static_cast<std::int32_t>(b.first) - static_cast<std::int32_t>(row.first);
+            RowSums<Real>(b.family.rows, row, stress)(r, static_cast<std::int32_t>(begin) + offset,
+                                                      static_cast<std::int32_t>(end) + offset, b.force[r] - offset);
+        });
+    P longest(0);
+    for_each_row(b, [&](const LatticeRow&, std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i < end; i += kLanes<Real>) {
+            P there[3];
+            for (std::size_t r = 0; r < 3; ++r) there[r] = load(b.force[r] + i, end - i);
+            longest = larger(longest, put_force(b, i, end - i, there));
+        }
+    });
+    return longest;
+}
+/// Rows of a lattice first, then families of theirs that lost bonds by themselves, and what is in no row with its slice or
+/// by itself. A slice that reaches over an end of a row goes whole, over what the row left there.
 template <class Real>
 [[gnu::noinline]] void force_of_energy(Block<Real>& b, const BondFields& at) {
-    Real largest = 0;
-    for (std::uint32_t i = 0; i < b.size;) {
-        const bool together = FamilySlice<Real>::begins_at(b, i);
-        const Real found = together ? force_of_energy(b, AveragedSlice<Real>(b, at, i)) : force_of_energy(b, at, i);
-        largest = larger(largest, found);
-        i += together ? FamilySlice<Real>::kSize : 1;
-    }
-    b.largest_stretch = stretch_of(largest);
+    using P = Pack<Real>;
+    constexpr std::uint32_t kSize = FamilySlice<Real>::kSize;
+    P longest = force_of_rows(b);
+    std::uint32_t i = 0;
+    const auto by_slices = [&](std::uint32_t end) {
+        if (i == end) return;
+        const std::uint32_t before = (b.first + i) % kSize;
+        if (before <= i && FamilySlice<Real>::begins_at(b, i - before)) i -= before;
+        while (i < end) {
+            if (FamilySlice<Real>::begins_at(b, i)) {
+                P there[3];
+                AveragedSlice<Real>(b, at, i).sum_stress(b.family_state[AveragedState::averaged_stress], there);
+                longest = larger(longest, put_force(b, i, kSize, there));
+                i += kSize;
+            } else {
+                longest = larger(longest, P(force_of_energy(b, at, i++)));
+            }
+        }
+    };
+    for_each_row(b, [&](const LatticeRow&, std::uint32_t begin, std::uint32_t end) {
+        by_slices(begin);
+        for (i = begin; b.family.is_cut && i < end; ++i)
+            if (b.family.damage[i] > 0) longest = larger(longest, P(force_of_energy(b, at, i)));
+        i = end;
+    });
+    by_slices(b.size);
+    b.largest_stretch = stretch_of(hmax(longest));
 }
 
 /// What permanent strains change in the forces. In the paper's form (`printed`) also |Y| for |Y-|, as (9) prints; the
