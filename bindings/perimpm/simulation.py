@@ -17,7 +17,7 @@ from .particles import Particles, ViewWatch
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 _SELDOM_MEANT = 5e6  # steps of a run
-_ROUNDING = 1e-9  # of the time between two frames
+_SHARE_OF_FRAME = 1e-5  # too little to be missed
 Field = Union[Sequence[Any], npt.NDArray[Any], Callable[[npt.NDArray[Any], float], Any]]
 
 
@@ -93,12 +93,12 @@ class Simulation:
             self._core.run(folder, frames or 0, report)
 
     def _warn_of_lost_end(self) -> None:
-        shown = (self._last_frame - 1) / self._frame_rate
-        if (self._end_time - shown) * self._frame_rate > _ROUNDING:
+        last, following = (self._last_frame - 1) / self._frame_rate, self._last_frame / self._frame_rate
+        if (self._end_time - last) * self._frame_rate > _SHARE_OF_FRAME:
             text = (
-                f"end_time = {self._end_time:g} s is no whole number of frames: the last one, {self._last_frame}, shows "
-                f"t = {shown:.6g} s, and what comes after it is not written\n"
-                f"  next: end_time = {self._last_frame / self._frame_rate!r} s, or a frame_rate that divides it"
+                f"end_time = {self._end_time:g} s is between two frames: the last one, {self._last_frame}, shows "
+                f"t = {last:.6g} s, and what comes after it is not written\n"
+                f"  frames fall on: {last!r} and {following!r} s; or choose a frame_rate with one at the end"
             )
             warnings.warn(text, stacklevel=3)
 

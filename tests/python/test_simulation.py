@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import threading
 import time
@@ -156,7 +157,9 @@ def test_an_end_between_two_frames_is_announced(box: dict[str, Any], tmp_path: P
     with pytest.warns(UserWarning, match="the last one, 2, shows t = 0.0166667 s") as warned:
         perimpm.Simulation(box).run(output=tmp_path)
     assert len(list(tmp_path.glob("frame.*.h5"))) == 2
-    box["simulation"]["end_time"] = float(str(warned[0].message).split("next: end_time = ")[1].split()[0])
+    found = re.search("fall on: (.*) and (.*) s;", str(warned[0].message))
+    assert found and float(found[1]) == 1 / 60
+    box["simulation"]["end_time"] = float(found[2])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         perimpm.Simulation(box).run(output=tmp_path)
