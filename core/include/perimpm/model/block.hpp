@@ -59,8 +59,7 @@ struct RowNeighbour {
     std::int32_t offset = 0;          ///< in memory, to the particle at the same place
     std::int32_t begin = 0, end = 0;  ///< places at which there is one
     std::uint32_t reach = 0;
-    Real across[3] =
-        {};  ///< X at the same place, its last component along the row: there 0; reach 0: w V X of the bond
+    Real across[3] = {};               ///< X at the same place, along the row last: 0; reach 0: w V X of the bond
     Real weight[kMostReach + 1] = {};  ///< w V of the bonds d places along, w the constant LawNeeds::shared, else 1
     Real along[kMostReach + 1] = {};   ///< w V times X along the row
 };
