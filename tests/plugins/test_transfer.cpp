@@ -1,6 +1,7 @@
 // Scatter and gather of pic, flip and apic on one tile; REFERENCES.md E9 and A8.
 #include <random>
 
+#include "perimpm/math/bspline.hpp"
 #include "support/catch.hpp"
 #include "support/model.hpp"
 #include "support/tile.hpp"
@@ -201,6 +202,83 @@ TEMPLATE_TEST_CASE("transfer: gather moves with the grid's velocity and updates 
                     if (std::string(name) != "flip") CHECK((tile.v(p) - (v0 + L * before[p])).norm() <= 500 * eps);
                     if (std::string(name) == "apic")
                         CHECK((tile.C(p) - L * moments(order, before[p])).norm() <= 5000 * eps);
+                }
+            }
+}
+
+namespace {
+
+/// What a particle at x should read from a field of nodal velocities: nodes one by one, all in double precision.
+struct Reading {
+    Vec3 v = Vec3::Zero();
+    Matrix3d gradient = Matrix3d::Zero(), moment = Matrix3d::Zero();  // sum v (grad w)^T, sum w v (x_I - x)^T
+};
+
+template <int Order>
+Reading reading(const Vec3& x, const std::function<Vec3(const Vec3&)>& field) {
+    const BSpline<double, Order> s[3] = {BSpline<double, Order>(x[0] / kSpacing),
+                                         BSpline<double, Order>(x[1] / kSpacing),
+                                         BSpline<double, Order>(x[2] / kSpacing)};
+    Reading r;
+    for (int i = 0; i <= Order; ++i)
+        for (int j = 0; j <= Order; ++j)
+            for (int k = 0; k <= Order; ++k) {
+                const Vec3 node = kSpacing * Vec3(s[0].base + i, s[1].base + j, s[2].base + k), v = field(node);
+                const double w = s[0].w[i] * s[1].w[j] * s[2].w[k];
+                const Vec3 slopes(s[0].dw[i] * s[1].w[j] * s[2].w[k], s[0].w[i] * s[1].dw[j] * s[2].w[k],
+                                  s[0].w[i] * s[1].w[j] * s[2].dw[k]);
+                r.v += w * v;
+                r.gradient += v * slopes.transpose() / kSpacing;
+                r.moment += w * v * (node - x).transpose() / (kSpacing * kSpacing);
+            }
+    return r;
+}
+
+Reading reading(int order, const Vec3& x, const std::function<Vec3(const Vec3&)>& field) {
+    return order == 1 ? reading<1>(x, field) : order == 2 ? reading<2>(x, field) : reading<3>(x, field);
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("transfer: particles read every node of their stencils, however many lie in a cell", "[transfer]",
+                   float, double) {
+    const double dt = 0.01, eps = kEpsilon<TestType>;
+    const auto now = [](const Vec3& x) -> Vec3 {
+        return {std::sin(7 * x[0] + 3 * x[1]), std::cos(5 * x[1] - 4 * x[2]), std::sin(6 * x[2] + 2 * x[0])};
+    };
+    const auto before = [](const Vec3& x) -> Vec3 {
+        return {std::cos(4 * x[2] + x[1]), std::sin(3 * x[0] - 2 * x[1]), std::cos(8 * x[1] + x[0])};
+    };
+    std::mt19937 random(5);
+    std::vector<Vec3> places;
+    const int counts[] = {1, 2, 9, 1, 3, 1, 1, 8, 4, 2, 17, 6, 1, 10, 5, 7, 2};
+    for (int cell = 0; cell < static_cast<int>(std::size(counts)); ++cell)
+        for (int p = 0; p < counts[cell]; ++p)
+            places.push_back(kSpacing * (Vec3(1 + cell % 5, 1 + cell / 5, 1 + cell % 4) + vector(random, 0.51, 0.99)));
+    for (const char* name : {"pic", "flip", "apic"})
+        for (const char* divergence : {"gradient", "mls"})
+            for (const int order : {1, 2, 3}) {
+                const bool mls = std::string(divergence) == "mls", flip = std::string(name) == "flip";
+                if (order == 1 && mls) continue;
+                CAPTURE(name, divergence, order);
+                const auto k = kernel<TestType>(
+                    name, order,
+                    std::string("stress_divergence = \"") + divergence + '"' + (flip ? "\nblend = 0.75" : ""));
+                Tile<TestType> tile(places.size(), kSpacing);
+                for (std::size_t p = 0; p < places.size(); ++p) tile.place(p, places[p], Vec3(1, 2, 3), 1.0);
+                tile.set_velocities(now, before);
+                std::vector<Vec3> x;
+                for (std::size_t p = 0; p < places.size(); ++p) x.push_back(tile.x(p));
+                tile.gather(*k, dt, true);
+                const double second = order == 2 ? 0.25 : 1.0 / 3, carried = order == 1 ? 1 : second;
+                for (std::size_t p = 0; p < places.size(); ++p) {
+                    const Reading r = reading(order, x[p], now);
+                    const Vec3 grid_v = r.v, own = Vec3(1, 2, 3) + r.v - reading(order, x[p], before).v;
+                    CHECK((tile.x(p) - (x[p] + dt * grid_v)).norm() <= 20 * eps);
+                    CHECK((tile.v(p) - (flip ? Vec3(0.75 * own + 0.25 * grid_v) : grid_v)).norm() <= 100 * eps);
+                    const Matrix3d gradient = mls ? Matrix3d(r.moment / second) : r.gradient;
+                    CHECK((tile.F(p) - (Matrix3d::Identity() + dt * gradient)).norm() <= 50 * eps);
+                    if (std::string(name) == "apic") CHECK((tile.C(p) - r.moment / carried).norm() <= 1000 * eps);
                 }
             }
 }

@@ -69,12 +69,10 @@ public:
         for (std::size_t n = 64 * i; n < 64 * (i + 1); ++n) sum += node_momentum(n);
         return sum;
     }
-    /// Overwrites the nodes' velocities by a field, for tests of `gather`.
-    void set_velocities(const std::function<Vec3(const Vec3&)>& field) {
-        for (std::size_t n = 0; n < kNodes; ++n) {
-            const Vec3 v = field(node_position(n));
-            for (std::size_t c = 0; c < 3; ++c) tile_[4 * n + c] = static_cast<Real>(v[static_cast<int>(c)]);
-        }
+    /// Overwrites the nodes' velocities by a field, for tests of `gather`; those before forces by another one.
+    void set_velocities(const std::function<Vec3(const Vec3&)>& field) { set(tile_, field); }
+    void set_velocities(const std::function<Vec3(const Vec3&)>& field, const std::function<Vec3(const Vec3&)>& before) {
+        set(tile_, field), set(increment_, before);
     }
     static constexpr std::size_t kNodes = 512;
 
@@ -94,6 +92,12 @@ private:
             b.force = force_.view();
         b.tile = tile_.data(), b.increment = increment_.data();
         return b;
+    }
+    void set(perimpm::AlignedArray<Real>& values, const std::function<Vec3(const Vec3&)>& field) {
+        for (std::size_t n = 0; n < kNodes; ++n) {
+            const Vec3 v = field(node_position(n));
+            for (std::size_t c = 0; c < 3; ++c) values[4 * n + c] = static_cast<Real>(v[static_cast<int>(c)]);
+        }
     }
     static Vec3 vector(const perimpm::FieldArray<Real>& f, std::size_t p) {
         return {static_cast<double>(f[0][p]), static_cast<double>(f[1][p]), static_cast<double>(f[2][p])};

@@ -16,7 +16,7 @@ constexpr double kShare = 0.1;
 /// Puts the run's held particles into the worker's scratch. Returns their number.
 template <class Real>
 std::uint32_t pack_held(World<Real>& w, Material<Real>& m, std::size_t first, std::size_t size,
-                        std::uint32_t (&number)[kChunk]) {
+                        std::uint32_t (&number)[kRun]) {
     Scratch<Real>& s = w.own_scratch();
     std::uint32_t count = 0;
     for (std::size_t i = first; i < first + size; ++i) {
@@ -38,7 +38,7 @@ void scatter_held_block(World<Real>& w, std::size_t index) {
     Conditions<Real>& all = w.conditions;
     Scratch<Real>& s = w.own_scratch();
     AlignedArray<Real>& tile = s.now.tile;
-    std::uint32_t number[kChunk];
+    std::uint32_t number[kRun];
     // The kernel carries v from particles to nodes: first what is prescribed, then 1 where something is.
     for (const bool indicator : {false, true}) {
         std::fill_n(tile.data(), tile.size(), Real(0));

@@ -15,7 +15,9 @@
 
 namespace perimpm {
 
-inline constexpr std::uint32_t kChunk = 128;  ///< particles that go through law and transfer together, in cache
+/// Particles of a grid block that law and transfer see together: usually all of them.
+inline constexpr std::uint32_t kRun = 512;
+inline constexpr std::uint32_t kChunk = 128;  ///< particles of other passes that one task takes, in cache
 
 /// A declared state field of a law, allocated.
 template <class Real>

@@ -146,12 +146,23 @@ void sort_by_bits(SortBuffers<Real>& s, std::size_t first, std::size_t end, int 
     std::copy(s.other_index.data() + first, s.other_index.data() + end, s.index.data() + first);
 }
 
+/// Half of the time to the next sort [s], as the fastest particle moves, or less: velocities last no longer than waves need
+/// to cross some cells, so that parts of a ringing body do not leave the places where they ring.
+template <class Real>
+double time_ahead(const World<Real>& w) {
+    constexpr double kCells = 8;
+    const auto time = [&](double cells, double speed) { return speed > 0 ? cells * w.spacing() / speed : 0; };
+    return std::min(time(sort_margin(w.transfer_needs.order) / 2, w.gathered_speed), time(kCells, w.wave_speed));
+}
+
 /// Within each block, particles of one cell side by side, and so that this lasts: lines of cells along the axis of
 /// largest motion, particles in the order of their positions along the line. Motion then shifts the cells' borders
-/// along the line instead of mixing the particles of two cells.
+/// along the line instead of mixing the particles of two cells. Positions are those half-way to the next sort: motion across
+/// the lines, which does mix them, is half as far from there.
 template <class Real>
 void order_cells(World<Real>& w, Material<Real>& m) {
     SortBuffers<Real>& s = w.sort;
+    const double cells_per_speed = time_ahead(w) / w.spacing();
     s.key.resize(m.size), s.other_key.resize(m.size);
     w.threads.run(s.blocks.size(), [&](std::size_t b) {
         const std::size_t first = m.block_begin[b], end = m.block_begin[b + 1];
@@ -163,8 +174,11 @@ void order_cells(World<Real>& w, Material<Real>& m) {
         const int across[2] = {(along + 1) % 3, (along + 2) % 3};
         const std::int32_t* block = w.grid.particle_blocks()[b].coordinate;
         for (std::size_t i = first; i < end; ++i) {
+            const std::size_t p = m.begin + s.index[i];
             const auto steps = [&](int axis, int per_cell) {
-                return static_cast<std::uint32_t>(per_cell * tile_position(w, axis, m.begin + s.index[i], block[axis]));
+                double moves = cells_per_speed * static_cast<double>(w.v[axis][p]);
+                if (!(std::abs(moves) < 1)) moves = 0;  // written since the speed was found: keys are inside the tile
+                return static_cast<std::uint32_t>(per_cell * (tile_position(w, axis, p, block[axis]) + moves));
             };
             const std::uint32_t line = steps(along, 8), u = steps(across[0], 2), v = steps(across[1], 2);
             s.key[i] = static_cast<std::uint16_t>((u / 2) << 11 | (v / 2) << 8 | line << 2 | u % 2 << 1 | v % 2);

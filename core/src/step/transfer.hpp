@@ -42,12 +42,12 @@ std::uint32_t for_each_placed(const Material<Real>& m, std::size_t first, std::s
     return count;
 }
 
-/// Calls body(material, first, size) for runs of at most kChunk particles of every material in particle block `b`.
+/// Calls body(material, first, size) for runs of at most kRun particles of every material in particle block `b`.
 template <class Real, class Body>
 void for_each_run(World<Real>& w, std::size_t b, Body body) {
     for (Material<Real>& m : w.materials)
-        for (std::size_t first = m.block_begin[b]; first < m.block_begin[b + 1]; first += kChunk)
-            body(m, first, std::min<std::size_t>(kChunk, m.block_begin[b + 1] - first));
+        for (std::size_t first = m.block_begin[b]; first < m.block_begin[b + 1]; first += kRun)
+            body(m, first, std::min<std::size_t>(kRun, m.block_begin[b + 1] - first));
 }
 
 /// Calls body(number) for every particle block, in parallel, so that tiles of blocks visited at the same time do not

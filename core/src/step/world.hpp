@@ -61,10 +61,12 @@ struct Tiles {
 template <class Real>
 struct Scratch {
     Tiles<Real> now, next;  ///< to gather from or scatter to; to scatter to while `now` is gathered from
-    FieldArray<Real> tau{kChunk, 6};
-    FieldArray<Real> x{kChunk, 3}, v{kChunk, 3}, C{kChunk, 9},
-        force{kChunk, 3};  ///< bond laws' particles in grid order; v and C on their way from gather to scatter
-    AlignedArray<Real> mass{kChunk}, volume{kChunk};
+    static constexpr std::size_t kRoom =
+        kRun + 64 / sizeof(Real);  ///< a line more, or components would meet in one set
+    FieldArray<Real> tau{kRoom, 6};
+    FieldArray<Real> x{kRoom, 3}, v{kRoom, 3}, C{kRoom, 9},
+        force{kRoom, 3};  ///< bond laws' particles in grid order; v and C on their way from gather to scatter
+    AlignedArray<Real> mass{kRoom}, volume{kRoom};
     AlignedArray<BondCandidate> candidates;
     AlignedArray<Real> own_energy, other_energy;  ///< criteria that ask for them: of a chunk's bonds
     NearObstacles near;

@@ -42,6 +42,21 @@ TEMPLATE_TEST_CASE("quads: a transpose exchanges rows and lanes within each grou
     }
 }
 
+TEMPLATE_TEST_CASE("quads: one quad is repeated, wherever it lies and nothing beside it", "[math]", float, double) {
+    const GuardedPage page;
+    TestType* const quad = static_cast<TestType*>(page.end()) - 4;
+    std::iota(quad, quad + 4, TestType(1));
+    const auto check = [](const auto& v, std::size_t lanes) {
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            CHECK(TestType(v[lane]) == static_cast<TestType>(lane % 4 + 1));
+    };
+    check(detail::repeat_quad<TestType, 4>(quad), 4);
+    check(detail::repeat_quad<TestType, 8>(quad), 8);
+    if constexpr (kLanes<TestType> == 16) check(detail::repeat_quad<TestType, 16>(quad), 16);
+    alignas(64) const TestType between[] = {0, 1, 2, 3, 4, 0};
+    check(detail::repeat_quad<TestType, 8>(between + 1), 8);
+}
+
 TEMPLATE_TEST_CASE("quads: store and load put every lane's quad at its place", "[math]", float, double) {
     constexpr std::size_t N = kLanes<TestType>;
     Pack<TestType> component[4], again[4];

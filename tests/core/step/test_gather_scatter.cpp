@@ -62,6 +62,7 @@ std::vector<std::vector<char>> bytes(const Simulation& simulation) {
 TEST_CASE("gather and scatter: in one pass the bits are those of two", "[step]") {
     const Overrides scenes[] = {{},
                                 {"simulation.precision=\"float\""},
+                                {"body.0.particle_spacing=0.02"},  // more in a block than go together
                                 {kFloor},
                                 {kRisingFloor, "transfer.type=\"pic\""},
                                 {kFloor, "transfer.type=\"flip\"", "transfer.order=3"},

@@ -4,7 +4,8 @@
 using namespace perimpm;
 
 TEST_CASE("scatter: the grid holds the particles' mass and momentum, anew each time", "[step]") {
-    for (const Overrides& law : {Overrides{}, Overrides{kBonds}})
+    const std::string fine = "body.0.particle_spacing=0.02";  // more in a block than go together
+    for (const Overrides& law : {Overrides{}, Overrides{kBonds}, Overrides{fine}, Overrides{kBonds, fine}})
         for (const char* transfer : {"apic", "flip", "pic"}) {
             CAPTURE(law.size(), transfer);
             Overrides overrides = law;

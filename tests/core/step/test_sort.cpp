@@ -95,6 +95,56 @@ TEST_CASE("sort: particles of a cell lie side by side, and stay so while they mo
     }
 }
 
+TEST_CASE("sort: particles lie side by side that will share a cell half-way to the next sort", "[step]") {
+    const auto w = box_world({"body.0.particle_spacing=0.025"});
+    for (std::size_t p = 0; p < w->count; ++p)
+        for (std::size_t c = 0; c < 3; ++c) {
+            w->x[c][p] += 0.0003 + 0.001 * static_cast<double>((w->id[p] * (7 + 30 * c)) % 23);
+            w->v[c][p] = c == 1 ? -2.0 : 0.1 * static_cast<double>((w->id[p] * (3 + 7 * c)) % 16);
+        }
+    w->gathered_speed = 2.5;
+    const double until = 0.5 * sort_margin(w->transfer_needs.order) * 0.1 / w->gathered_speed;
+    sort_particles(*w);
+    const Material<double>& m = w->materials[0];
+    /// Rows of particles of one cell, and such cells of a block, at time t.
+    const auto rows_and_cells = [&](double t) {
+        std::size_t rows = 0;
+        std::set<std::array<int, 4>> cells;
+        std::array<int, 4> last{-1};
+        for (std::size_t b = 0; b + 1 < m.block_begin.size(); ++b)
+            for (std::size_t i = m.block_begin[b]; i < m.block_begin[b + 1]; ++i) {
+                std::array<int, 4> cell{static_cast<int>(b)};
+                for (std::size_t c = 0; c < 3; ++c)
+                    cell[c + 1] = static_cast<int>(std::floor((w->x[c][i] + t * w->v[c][i]) / 0.1 - 0.5));
+                rows += cell != last;
+                cells.insert(cell);
+                last = cell;
+            }
+        return std::pair(rows, cells.size());
+    };
+    const auto mixed = [&](double t) { return rows_and_cells(t).first > rows_and_cells(t).second; };
+    CHECK_FALSE(mixed(until));
+    CHECK(mixed(0));
+    CHECK(mixed(2 * until));
+}
+
+TEST_CASE("sort: speeds that nobody found do not matter, nor do those of a ringing body", "[step]") {
+    for (const int order : {1, 2, 3})
+        for (const double speed : {1e3, std::numeric_limits<double>::infinity(), std::nan("")}) {
+            CAPTURE(order, speed);
+            const auto sorted = [&](double v, double gathered, double wave) {
+                const auto w = box_world({"transfer.order=" + std::to_string(order)});
+                w->v[0][5] = v;
+                w->gathered_speed = gathered, w->wave_speed = wave;
+                sort_particles(*w);
+                return ids(*w);
+            };
+            CHECK(sorted(speed, 1.0, 1.0) == sorted(0.0, 1.0, 1.0));
+            // waves cross eight cells in 0.8 us: nothing moves
+            CHECK(sorted(0.1, 0.1, 1e6) == sorted(0.0, 0.1, 1e6));
+        }
+}
+
 TEST_CASE("sort: local laws' particles move with everything they own, bond laws' stay", "[step]") {
     for (const bool bonds : {false, true}) {
         const auto w = box_world(bonds ? Overrides{kBonds} : Overrides{});

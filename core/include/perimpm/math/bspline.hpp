@@ -6,22 +6,17 @@
 
 namespace perimpm {
 
-/// Weights of the degree-`Order` B-spline at x (in units of dx) in one dimension: `Order + 1` nodes from `base`.
-/// dw is the derivative in 1/dx, offset = x - base. T: a number or a pack. Rows are padded to four with zeros.
+/// Weights of the degree-`Order` B-spline in one dimension at `offset` (in units of dx) from the first of its `Order + 1`
+/// nodes: linear [0,1), quadratic [1/2,3/2), cubic [1,2). dw is the derivative in 1/dx. T: a number or a pack. Rows are
+/// padded to four with zeros.
 template <class T, int Order>
-struct BSpline {
+struct BSplineWeights {
     static_assert(Order >= 1 && Order <= 3);
-    static constexpr int kNodes = Order + 1;
 
-    T base, offset;
     T w[4], dw[4];
 
-    explicit BSpline(const T& x) {
-        using std::floor;
+    explicit BSplineWeights(const T& f) {
         using Real = Scalar<T>;
-        base = floor(Order == 2 ? x - Real(0.5) : x) - Real(Order == 3 ? 1 : 0);
-        offset = x - base;  // linear [0,1), quadratic [1/2,3/2), cubic [1,2)
-        const T& f = offset;
         if constexpr (Order == 1) {
             w[0] = T(1) - f, w[1] = f, w[2] = w[3] = T(0);
             dw[0] = T(-1), dw[1] = T(1), dw[2] = dw[3] = T(0);
@@ -39,6 +34,22 @@ struct BSpline {
             dw[1] = Real(1.5) * b * b - Real(2) * b;
             dw[2] = Real(2) * a - Real(1.5) * a * a;
         }
+    }
+};
+
+/// Where the stencil of x (in units of dx) begins, and its weights.
+template <class T, int Order>
+struct BSpline : BSplineWeights<T, Order> {
+    T base, offset;  ///< first node; x - base
+
+    explicit BSpline(const T& x) : BSpline(x, first_node(x)) {}
+
+private:
+    BSpline(const T& x, const T& first) : BSplineWeights<T, Order>(x - first), base(first), offset(x - first) {}
+    static T first_node(const T& x) {
+        using std::floor;
+        using Real = Scalar<T>;
+        return floor(Order == 2 ? x - Real(0.5) : x) - Real(Order == 3 ? 1 : 0);
     }
 };
 

@@ -61,11 +61,21 @@ PERIMPM_INLINE Vec<Real, N> every_fourth(const Real* quads, const std::uint32_t*
     }
 }
 
-/// The same quad N/4 times.
+/// The same quad N/4 times: one instruction that loads, where GCC would load once and shuffle twice.
 template <class Real, int N>
 PERIMPM_INLINE Vec<Real, N> repeat_quad(const Real quad[4]) {
     if constexpr (N == 4) {
         return load_quad(quad);
+#ifdef __AVX512F__
+    } else if constexpr (N == 16) {
+        return __builtin_bit_cast(Vec<Real, N>, _mm512_broadcast_f32x4(_mm_loadu_ps(quad)));
+    } else if constexpr (N == 8 && sizeof(Real) == 8) {
+        return __builtin_bit_cast(Vec<Real, N>, _mm512_broadcast_f64x4(_mm256_loadu_pd(quad)));
+#endif
+#ifdef __AVX__
+    } else if constexpr (N == 8 && sizeof(Real) == 4) {
+        return __builtin_bit_cast(Vec<Real, N>, _mm256_broadcast_ps(reinterpret_cast<const __m128*>(quad)));
+#endif
     } else {
         const Vec<Real, N / 2> half = repeat_quad<Real, N / 2>(quad);
         return join<Real, N / 2>(half, half, std::make_integer_sequence<int, N>());

@@ -15,18 +15,18 @@ struct QuadWeights {
     Quads<Real> z, xy[Order + 1];
     Quads<Real> dz, dx_y[Slopes ? Order + 1 : 1], x_dy[Slopes ? Order + 1 : 1];  ///< d: d weight / d x in 1/dx
 
-    void store(std::size_t p, const BSpline<Pack<Real>, Order> splines[3]) {
-        const auto &x = splines[0], &y = splines[1];
-        const auto store_row = [&](Quads<Real>& row, const Pack<Real>& a, const Pack<Real> b[4]) {
+    PERIMPM_INLINE void store(std::size_t p, const Splines<Real, Order>& splines) {
+        const auto &x = splines.axis[0], &y = splines.axis[1];
+        const auto store_row = [&](Quads<Real>& row, const Pack<Real>& a, const Pack<Real> b[4]) PERIMPM_INLINE_LAMBDA {
             const Pack<Real> products[4] = {a * b[0], a * b[1], a * b[2], a * b[3]};
             row.store(p, products);
         };
-        z.store(p, splines[2].w);
-        if constexpr (Slopes) dz.store(p, splines[2].dw);
-        for (int i = 0; i <= Order; ++i) {
+        z.store(p, splines.axis[2].w);
+        if constexpr (Slopes) dz.store(p, splines.axis[2].dw);
+        unrolled<Order + 1>([&](auto i) PERIMPM_INLINE_LAMBDA {
             store_row(xy[i], x.w[i], y.w);
             if constexpr (Slopes) store_row(dx_y[i], x.dw[i], y.w), store_row(x_dy[i], x.w[i], y.dw);
-        }
+        });
     }
 };
 
@@ -38,12 +38,12 @@ struct Deposit {
 };
 
 template <bool Linear, bool Stress, class Real, int Order, bool Slopes>
-void add_to_tile(Real* tile, const Stencils<Real, Order>& s, const QuadWeights<Real, Order, Slopes>& weight,
+void add_to_tile(Real* tile, const Real* nodes, const QuadWeights<Real, Order, Slopes>& weight,
                  const Deposit<Real, Linear, Stress>& d, std::size_t size) {
     using C = Column<Real>;
     constexpr int n = Order + 1;
     const C k = C::index();
-    for_each_cell(s.node, size, [&](std::size_t p, std::size_t end, std::int32_t node) {
+    for_each_cell(nodes, size, [&](std::size_t p, std::size_t end, std::int32_t node) {
         C sum[n][n] = {};
         for (; p < end; ++p) {
             const std::size_t at = Quads<Real>::place(p);
@@ -51,7 +51,7 @@ void add_to_tile(Real* tile, const Stencils<Real, Order>& s, const QuadWeights<R
             C b = wz * C::repeat(d.q.at(at)), Ax, Ay, Sx, Sy;
             if constexpr (Linear) {
                 b += k * wz * C::repeat(d.A[2].at(at));
-                Ax = wz * C::repeat(d.A[0].at(at)), Ay = wz * C::repeat(d.A[1].at(at));
+                Ax = rounded(wz * C::repeat(d.A[0].at(at))), Ay = rounded(wz * C::repeat(d.A[1].at(at)));
             }
             if constexpr (Stress) {
                 b += C::spread(weight.dz.at(at)) * C::repeat(d.S[2].at(at));
@@ -86,53 +86,47 @@ void scatter(TransferBlock<Real>& b) {
     constexpr bool affine = Scheme::affine && Order > 1, affine_slopes = Scheme::affine && Order == 1;
     constexpr bool slopes = stress || affine_slopes;
     constexpr bool total_A = affine || (together && Local && mls), total_S = affine_slopes || (together && stress);
-    const Real inverse_spacing = 1 / b.spacing;
-    for_each_batch(b.size, [&](std::size_t first, std::size_t size) {
-        Stencils<Real, Order> s;
+    const Real dt = b.dt, spacing = b.spacing, inverse_spacing = 1 / spacing;
+    for_each_batch(b.size, [&](std::size_t first, std::size_t size) PERIMPM_INLINE_LAMBDA {
+        alignas(64) Real node[kBatch];
         QuadWeights<Real, Order, slopes> weight;
         Deposit<Real, total_A, total_S> total;
         Deposit<Real, Local && mls, stress> impulse;
         for (std::size_t p = 0; p < size; p += kLanes<Real>) {
             const std::size_t at = first + p, count = std::min(kLanes<Real>, size - p);
-            P x[3], offset[3];
-            for (int c = 0; c < 3; ++c) x[c] = load(b.x[c] + at, count) * inverse_spacing;
-            s.set(p, x, b.origin, [&](const auto* splines) { weight.store(p, splines); });
-            for (int c = 0; c < 3; ++c) offset[c] = s.offset[c].pack(p);
-            const P m = load(b.mass + at, count);
-            P q[4] = {P(0), P(0), P(0), m}, f[4] = {P(0), P(0), P(0), P(0)}, A[3][4] = {}, S[3][4] = {}, G[3][4] = {};
-            for (int c = 0; c < 3; ++c) {
-                q[c] = m * load(b.v[c] + at, count);
-                if constexpr (!Local) f[c] = b.dt * load(b.force[c] + at, count);
-                for (int j = 0; Scheme::affine && j < 3; ++j)
-                    (affine ? A : S)[j][c] = (m * b.spacing) * load(b.C[3 * c + j] + at, count);
-            }
-            if constexpr (Local) {
-                constexpr Real kScale = mls ? Real(1 / kSecondMoment<Order>) : Real(1);
-                const P scale = -kScale * b.dt * inverse_spacing * load(b.volume + at, count);
-                constexpr int component[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-                for (int j = 0; j < 3; ++j)
-                    for (int c = 0; c < 3; ++c) G[j][c] = scale * load(b.tau[component[j][c]] + at, count);
-            }
-            if constexpr (together) {
-                for (int c = 0; c < 3; ++c) {
-                    q[c] += f[c];
-                    for (int j = 0; Local && j < 3; ++j) (mls ? A : S)[j][c] += G[j][c];
-                }
-            } else {
-                for (int c = 0; c < 3; ++c)
-                    for (int j = 0; Local && mls && j < 3; ++j) f[c] -= G[j][c] * offset[j];
-                impulse.q.store(p, f);
-                for (int j = 0; Local && mls && j < 3; ++j) impulse.A[j].store(p, G[j]);
-                for (int j = 0; stress && j < 3; ++j) impulse.S[j].store(p, G[j]);
-            }
-            for (int c = 0; c < 3; ++c)
-                for (int j = 0; total_A && j < 3; ++j) q[c] -= A[j][c] * offset[j];
+            const auto of = [&](const Real* field) PERIMPM_INLINE_LAMBDA { return load(field + at, count); };
+            const Splines<Real, Order> splines(b.x, at, count, inverse_spacing);
+            splines.node(b.origin).copy_to(node + p, std::experimental::element_aligned);
+            weight.store(p, splines);
+            const P m = of(b.mass), m_dx = m * spacing;
+            P scale(0), q[4] = {m * of(b.v[0]), m * of(b.v[1]), m * of(b.v[2]), m}, f[4] = {};
+            if constexpr (Local)
+                scale = Real(mls ? -1 / kSecondMoment<Order> : -1) * dt * inverse_spacing * of(b.volume);
+            unrolled<3>([&](auto c) PERIMPM_INLINE_LAMBDA {
+                if constexpr (!Local) f[c] = dt * of(b.force[c]);
+                if constexpr (!Local && together) q[c] += f[c];
+            });
+            unrolled<3>([&](auto j) PERIMPM_INLINE_LAMBDA {  // columns j
+                const P offset = splines.axis[j].offset;
+                P A[4] = {}, S[4] = {}, G[4] = {};
+                unrolled<3>([&](auto c) PERIMPM_INLINE_LAMBDA {
+                    constexpr int component[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+                    if constexpr (Scheme::affine) (affine ? A : S)[c] = m_dx * of(b.C[3 * c + j]);
+                    if constexpr (Local) G[c] = scale * of(b.tau[component[j][c]]);
+                    if constexpr (Local && together) (mls ? A : S)[c] += G[c];
+                    if constexpr (total_A) q[c] -= A[c] * offset;
+                    if constexpr (Local && mls && !together) f[c] -= G[c] * offset;
+                });
+                if constexpr (total_A) total.A[j].store(p, A);
+                if constexpr (total_S) total.S[j].store(p, S);
+                if constexpr (!together && Local && mls) impulse.A[j].store(p, G);
+                if constexpr (!together && stress) impulse.S[j].store(p, G);
+            });
             total.q.store(p, q);
-            for (int j = 0; total_A && j < 3; ++j) total.A[j].store(p, A[j]);
-            for (int j = 0; total_S && j < 3; ++j) total.S[j].store(p, S[j]);
+            if constexpr (!together) impulse.q.store(p, f);
         }
-        add_to_tile<total_A, total_S>(b.tile, s, weight, total, size);
-        if constexpr (!together) add_to_tile<Local && mls, stress>(b.increment, s, weight, impulse, size);
+        add_to_tile<total_A, total_S>(b.tile, node, weight, total, size);
+        if constexpr (!together) add_to_tile<Local && mls, stress>(b.increment, node, weight, impulse, size);
     });
 }
 

@@ -17,6 +17,44 @@ V spread_nodes(V v, std::integer_sequence<int, I...>) {
 
 }  // namespace detail
 
+/// Quads of kCount particles side by side in one register.
+template <class Real, std::size_t kCount>
+struct Few {
+    static constexpr int kLanes = 4 * static_cast<int>(kCount);
+    using Pack = std::experimental::simd<Real, std::experimental::simd_abi::deduce_t<Real, kLanes>>;
+
+    /// One quad for all.
+    PERIMPM_INLINE static Pack repeat(const Real quad[4]) {
+        return __builtin_bit_cast(Pack, detail::repeat_quad<Real, kLanes>(quad));
+    }
+    /// A number of each particle for its whole quad; of more than one particle four numbers are read.
+    PERIMPM_INLINE static Pack spread(const Real* numbers) {
+        if constexpr (kCount == 1)
+            return Pack(*numbers);
+        else
+            return __builtin_bit_cast(Pack, detail::spread_nodes<0>(detail::repeat_quad<Real, kLanes>(numbers),
+                                                                    std::make_integer_sequence<int, kLanes>()));
+    }
+    /// The quads' first, second and third numbers.
+    PERIMPM_INLINE static void store(const Pack& quads, Real* x, Real* y, Real* z) {
+        constexpr int count = kCount;
+        const auto v = __builtin_bit_cast(detail::Vec<Real, kLanes>, quads);
+        const auto columns = [&]<int... I>(std::integer_sequence<int, I...>) PERIMPM_INLINE_LAMBDA {
+            return __builtin_shufflevector(v, v, (I % count * 4 + I / count)...);
+        }
+        (std::make_integer_sequence<int, kLanes>());
+        const auto put = [&]<int first, int... I>(Real * to, std::integer_sequence<int, first>,
+                                                  std::integer_sequence<int, I...>) PERIMPM_INLINE_LAMBDA {
+            const detail::Vec<Real, kCount> part = {columns[first + I]...};
+            __builtin_memcpy(to, &part, sizeof part);
+        };
+        constexpr auto all = std::make_integer_sequence<int, count>();
+        put(x, std::integer_sequence<int, 0>(), all);
+        put(y, std::integer_sequence<int, count>(), all);
+        put(z, std::integer_sequence<int, 2 * count>(), all);
+    }
+};
+
 /// Four z-nodes of a tile's column, a quad (momentum or velocity, mass) each: sixteen numbers in registers.
 template <class Real>
 struct Column {
@@ -68,6 +106,11 @@ struct Column {
         return spread(k);
     }
 
+    /// Itself, but kept from merging with a later sum into a multiply-add.
+    friend Column rounded(Column a) {
+        for (int k = 0; k < kParts; ++k) a.part[k] = perimpm::rounded(a.part[k]);
+        return a;
+    }
     Column& operator+=(const Column& b) {
         for (int k = 0; k < kParts; ++k) part[k] += b.part[k];
         return *this;
