@@ -14,6 +14,18 @@ std::vector<double> places() {
     return x;
 }
 
+/// Mean over many places of what the weights' sum has too much.
+template <class Real, int Order>
+double mean_excess() {
+    constexpr int kPlaces = 20000;
+    double total = 0;
+    for (int i = 0; i < kPlaces; ++i) {
+        const BSpline<Real, Order> s(static_cast<Real>(0.61803398875 * i - std::floor(0.61803398875 * i)));
+        total += double(s.w[0]) + double(s.w[1]) + double(s.w[2]) + double(s.w[3]) - 1;
+    }
+    return total / kPlaces;
+}
+
 template <class Real, int Order>
 void check_sums() {
     constexpr Real tolerance = 16 * std::numeric_limits<Real>::epsilon();
@@ -67,6 +79,13 @@ void check_values() {
 }
 
 }  // namespace
+
+TEST_CASE("bspline: rounding does not favour one side, or momentum would grow step by step", "[math]") {
+    constexpr double eps = std::numeric_limits<float>::epsilon();
+    CHECK(std::abs(mean_excess<float, 1>()) < 0.02 * eps);
+    CHECK(std::abs(mean_excess<float, 2>()) < 0.02 * eps);
+    CHECK(std::abs(mean_excess<float, 3>()) < 0.02 * eps);
+}
 
 TEMPLATE_TEST_CASE("bspline: partition of unity and moments", "[math]", float, double) {
     check_sums<TestType, 1>();

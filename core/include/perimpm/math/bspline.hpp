@@ -29,7 +29,7 @@ struct BSplineWeights {
             constexpr Real half = Real(0.5), sixth = Real(1) / 6, two_thirds = Real(2) / 3;
             w[0] = sixth * a * a * a, w[3] = sixth * b * b * b;
             w[1] = two_thirds - b * b + half * b * b * b;
-            w[2] = two_thirds - a * a + half * a * a * a;
+            w[2] = T(1) - (w[0] + w[3]) - w[1];  // 2/3 is rounded up: with it, every step would add momentum
             dw[0] = -half * a * a, dw[3] = half * b * b;
             dw[1] = Real(1.5) * b * b - Real(2) * b;
             dw[2] = Real(2) * a - Real(1.5) * a * a;
