@@ -170,7 +170,7 @@ def _add_bench(verb: argparse.ArgumentParser) -> None:
     throughput.add_argument("--workload", choices=("mpm-block", "pd-cube"), default="mpm-block")
     throughput.add_argument("--law", metavar="NAME", help="constitutive model; default: fixed_corotated or pd_bond")
     throughput.add_argument("--transfer", metavar="NAME", help="transfer model; default: apic or particle")
-    throughput.add_argument("--order", type=int, choices=(1, 2, 3), help="B-spline degree of mpm-block; default 2")
+    throughput.add_argument("--order", type=int, choices=(2, 3), help="B-spline degree of mpm-block, whose stress divergence is mls; default 2")
     throughput.add_argument("--precision", choices=("float", "double"), default="float")
     throughput.add_argument("--threads", type=int, default=0, metavar="N", help="0, the default: every core")
     throughput.add_argument("--side", type=_positive, metavar="N", help="cells or particles along an edge; default 23 or 46")

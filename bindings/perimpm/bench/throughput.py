@@ -180,8 +180,9 @@ def _print(report: Result, results: Sequence[Result]) -> None:
     ]
     columns = ("engine", "version", "ns per particle-step", "ns per bond", "spread", "quiet blocks", "time / perimpm")
     threads = f"{report['threads']} thread" + "s" * (report["threads"] > 1)
+    order = f" of order {report['order']}" if report["order"] else ""
     title = (
-        f"{report['workload']}, side {report['side']}, {report['precision']}, {threads}: "
+        f"{report['workload']}, {report['law']}, {report['transfer']}{order}, side {report['side']}, {report['precision']}, {threads}: "
         f"{report['particles']} particles, {report['bonds']} bonds, {report['bytes_per_particle']:.0f} bytes a particle"
     )
     out = console()
