@@ -52,7 +52,7 @@ def plot(name: str, x: Sequence[float], series: Mapping[str, Sequence[object]], 
     figure, axes = plt.subplots(1, len(series), figsize=(4.2 * len(series), 3.4), squeeze=False)
     for panel, (title, values) in zip(axes[0], series.items()):
         panel.semilogx(x, values, "o-")
-        panel.set(xlabel=label, ylabel=title, ylim=(0, None))
+        panel.set(xlabel=label, ylabel=title, ylim=(0, 1.1 * max(float(str(v)) for v in values)))
         panel.grid(alpha=0.3)
     _save(figure, name)
 
